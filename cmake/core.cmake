@@ -1,0 +1,64 @@
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(Threads REQUIRED)
+find_package(OpenCL REQUIRED)
+if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  # Named components: the bare package drags in MPI, FFTW and VTK.
+  find_package(ITK REQUIRED COMPONENTS
+    ITKCommon ITKIOImageBase ITKIONIFTI ITKIONRRD ITKIOMeta ITKIOGDCM ITKImageIntensity ITKMesh ITKQuadEdgeMesh
+    ITKQuadEdgeMeshFiltering ITKImageGrid ITKSmoothing)
+  find_package(OpenCV REQUIRED COMPONENTS core imgproc calib3d)
+endif()
+
+# A new .cpp in a room's folder is picked up at the next build.
+macro(xray_glob variable room)
+  file(GLOB ${variable} CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/${room}/*.cpp)
+endmacro()
+
+xray_glob(geometry_sources geometry)
+xray_room(geometry SOURCES ${geometry_sources} LIBRARIES Eigen3::Eigen)
+
+xray_glob(volume_sources volume)
+set(itk_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/volume_io.cpp
+                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/bone_surface.cpp)
+list(REMOVE_ITEM volume_sources ${itk_sources})
+xray_room(volume SOURCES ${volume_sources} ROOMS geometry LIBRARIES Eigen3::Eigen Threads::Threads)
+
+xray_glob(image_sources image)
+set(opencv_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_frame.cpp
+                   ${CMAKE_CURRENT_SOURCE_DIR}/src/image/mask.cpp)
+list(REMOVE_ITEM image_sources ${opencv_sources})
+xray_room(image SOURCES ${image_sources} ROOMS geometry LIBRARIES Eigen3::Eigen)
+
+xray_glob(drr_sources drr)
+file(GLOB kernels CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/drr/kernels/*.cl)
+xray_room(drr SOURCES ${drr_sources} ROOMS volume image LIBRARIES Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
+xray_embed_kernels(xray_registration_drr ${kernels})
+
+xray_glob(registration_sources registration)
+xray_room(registration SOURCES ${registration_sources} ROOMS drr LIBRARIES Eigen3::Eigen OpenCL::OpenCL)
+
+xray_glob(evaluation_sources evaluation)
+xray_room(evaluation SOURCES ${evaluation_sources} ROOMS registration
+          LIBRARIES Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
+
+set(core_rooms geometry volume image drr registration evaluation)
+if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  xray_room(volume_itk SOURCES ${itk_sources} ROOMS volume LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES})
+  target_include_directories(xray_registration_volume_itk SYSTEM PRIVATE ${ITK_INCLUDE_DIRS})
+  xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image LIBRARIES Eigen3::Eigen ${OpenCV_LIBS})
+  target_include_directories(xray_registration_image_opencv SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
+  list(APPEND core_rooms volume_itk image_opencv)
+endif()
+
+# The core library: no ROS.
+set(core_objects "")
+set(core_link "")
+foreach(room IN LISTS core_rooms)
+  list(APPEND core_objects $<TARGET_OBJECTS:xray_registration_${room}>)
+endforeach()
+add_library(xray_registration_core SHARED ${core_objects})
+target_include_directories(xray_registration_core PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
+target_link_libraries(xray_registration_core PUBLIC Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
+if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} ${OpenCV_LIBS})
+endif()

@@ -1,0 +1,50 @@
+find_package(GTest REQUIRED)
+
+# xray_test(<room> <name>): test/<room>/<name>_test.cpp against the room and those below it. Named test_<room>_<name>.
+function(xray_test room name)
+  cmake_parse_arguments(TEST "" "" "ROOMS;LIBRARIES;ENVIRONMENT" ${ARGN})
+  set(target test_${room}_${name})
+  add_executable(${target} ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/${name}_test.cpp)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
+  target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  xray_link_rooms(${target} ${room} ${TEST_ROOMS})
+  target_link_libraries(${target} PRIVATE ${TEST_LIBRARIES} GTest::GTest GTest::Main Threads::Threads)
+  add_test(NAME ${room}.${name} COMMAND ${target})
+  # Each test its own kernel cache: PoCL's is not safe against another process that writes it.
+  set_tests_properties(${room}.${name} PROPERTIES
+    ENVIRONMENT "POCL_CACHE_DIR=${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target};${TEST_ENVIRONMENT}" TIMEOUT 300)
+  file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target})
+endfunction()
+
+# Tests mirror src/: each file test/<room>/<name>_test.cpp is one.
+function(xray_tests_of room)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/*_test.cpp)
+  foreach(file IN LISTS files)
+    get_filename_component(name ${file} NAME_WE)
+    string(REGEX REPLACE "_test$" "" name ${name})
+    set(rooms ${ARGN})
+    if(XRAY_REGISTRATION_COMPUTE_ONLY AND name IN_LIST XRAY_FULL_CORE_TESTS)
+      continue()
+    endif()
+    if(name IN_LIST XRAY_FULL_CORE_TESTS)
+      list(APPEND rooms volume_itk image_opencv)
+    endif()
+    xray_test(${room} ${name} ROOMS ${rooms})
+  endforeach()
+endfunction()
+
+# Tests that need ITK or OpenCV.
+set(XRAY_FULL_CORE_TESTS volume_io bone_surface xray_frame mask recorded_sessions)
+
+xray_tests_of(geometry)
+xray_tests_of(volume)
+xray_tests_of(image)
+xray_tests_of(drr)
+xray_tests_of(registration evaluation)
+xray_tests_of(evaluation)
+if(XRAY_REGISTRATION_ROS)
+  include(cmake/ros_tests.cmake)
+endif()
+
+add_test(NAME architecture.rooms
+         COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/check_rooms.sh ${CMAKE_CURRENT_SOURCE_DIR})

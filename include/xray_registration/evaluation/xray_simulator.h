@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "xray_registration/geometry/xray_camera.h"
+#include "xray_registration/image/image.h"
+#include "xray_registration/volume/attenuation.h"
+
+namespace xray_registration {
+
+/// A metal part fixed in the camera frame: capsule from a to b (equal ends make a ball).
+struct Instrument {
+  Eigen::Vector3d a_camera_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d b_camera_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 2.0;
+  double attenuation_per_mm = 0.3;
+};
+
+/// What the tube, the patient and the detector do to the line integrals.
+struct XrayPhysics {
+  double photons_per_pixel = 20000.0;  ///< Unattenuated beam; 0 = no photon noise.
+  double readout_noise = 5.0;          ///< Standard deviation in detector counts.
+  double scatter_fraction = 0.2;       ///< Of the primary, as a blurred veil.
+  double scatter_sigma_px = 30.0;
+  double gain = 2.0;                   ///< Detector counts per photon.
+  double saturation = 65535.0;
+  double collimator_radius_px = 0.0;   ///< Round field; 0 = open.
+  std::vector<Instrument> instruments;
+};
+
+/// A detector image (mono16 transmission) of the CT at a pose: exact projector, Beer-Lambert, scatter, Poisson and
+/// readout noise, gain, saturation. The same generator state gives the same image.
+Image<std::uint16_t> simulateXray(const AttenuationVolume& volume, const RigidTransform& T_camera_ct,
+                                  const XrayCamera& camera, const XrayPhysics& physics, std::mt19937_64* random);
+
+}  // namespace xray_registration

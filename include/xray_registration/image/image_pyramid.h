@@ -1,0 +1,12 @@
+#pragma once
+
+#include "xray_registration/geometry/xray_camera.h"
+#include "xray_registration/image/image.h"
+
+namespace xray_registration {
+
+/// Mean over factor × factor blocks of the pixels that the mask allows; partial blocks at right and bottom are dropped
+/// (XrayCamera::binned describes the result). A block with less than half of its pixels allowed is masked.
+void binImage(const FloatImage& image, const MaskImage& mask, int factor, FloatImage* binned, MaskImage* binned_mask);
+
+}  // namespace xray_registration

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "xray_registration/geometry/xray_camera.h"
+#include "xray_registration/image/image.h"
+#include "xray_registration/volume/attenuation.h"
+
+namespace xray_registration {
+
+/// What one view contributes to a frame. The first view's T_view_first is the identity.
+struct ViewInput {
+  XrayCamera camera;
+  FloatImage attenuation;
+  MaskImage mask;  ///< Empty means all pixels.
+  RigidTransform T_view_first = RigidTransform::Identity();
+};
+
+/// What a registration found for one frame, accepted or not; the pose is the CT's in the first view's camera frame.
+struct RegistrationResult {
+  RigidTransform T_camera_ct = RigidTransform::Identity();
+  bool accepted = false;
+  std::string reason;           ///< Why not accepted, in plain words; empty when accepted.
+  bool converged = false;
+  int iterations = 0;           ///< Gauss-Newton steps over all levels.
+  double similarity = 0.0;      ///< Mean local normalised correlation, −1…1.
+  double residual = 0.0;        ///< Root mean square of the weighted residual of the last level.
+  double inlier_fraction = 0.0; ///< Share of the pixels with CT behind them that kept their weight.
+  double condition_number = 0.0;///< Of the normal matrix, rotation scaled by the target radius.
+  Matrix6d covariance = Matrix6d::Zero();  ///< [mm; rad], translation then rotation about the CT centre, camera axes.
+  double solve_ms = 0.0;
+  double upload_ms = 0.0;
+};
+
+/// Registers frames against one resident CT. Two implementations: the fast method and the paper's. Not thread-safe: one
+/// worker owns it. Device failures throw DeviceError; everything else is said in the result, never a NaN.
+class Registrar {
+ public:
+  virtual ~Registrar() = default;
+
+  /// Uploads the CT (and its pyramid); the previous one is released first. Runs the self-test.
+  /// @throws DeviceError when the device fails, disagrees with the reference, or has no room.
+  virtual void setVolume(const AttenuationVolume& volume) = 0;
+  virtual bool hasVolume() const = 0;
+
+  /// Registers one frame from a start pose. `tracking` says that the start is the prediction from an accepted
+  /// neighbour, so coarse levels may be skipped and the jump from the start is judged.
+  virtual RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
+                                           bool tracking) = 0;
+
+  /// DRR in line integrals (dimensionless) on the finest level.
+  virtual FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) = 0;
+
+  /// The point in the CT frame that errors and updates are expressed about, mm.
+  virtual Eigen::Vector3d centreCt() const = 0;
+
+  virtual std::string deviceName() const = 0;
+  virtual std::size_t deviceBytes() const = 0;
+};
+
+}  // namespace xray_registration

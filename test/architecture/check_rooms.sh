@@ -1,0 +1,52 @@
+#!/bin/sh
+# Fails when a room includes one that does not stand below it. usage: check_rooms.sh <source folder> [--self-check]
+set -u
+root=$1
+status=0
+
+# room: what it may include
+allowed() {
+  case $1 in
+    common) echo "" ;;
+    geometry) echo "common" ;;
+    volume) echo "common geometry" ;;
+    image) echo "common geometry" ;;
+    drr) echo "common geometry volume image" ;;
+    registration) echo "common geometry volume image drr" ;;
+    evaluation) echo "common geometry volume image drr registration" ;;
+    ros) echo "common geometry volume image drr registration" ;;
+    tools) echo "common geometry volume image drr registration evaluation ros" ;;
+    *) echo "unknown" ;;
+  esac
+}
+
+check() { # folder room
+  for file in $(find "$1" -name '*.h' -o -name '*.hpp' -o -name '*.cpp' 2>/dev/null); do
+    for other in $(sed -n 's/^[[:space:]]*#include[[:space:]]*[<"]\(xray_registration\/\)\{0,1\}\([a-z]*\)\/.*/\2/p' "$file" | sort -u); do
+      case " common geometry volume image drr registration evaluation ros tools " in *" $other "*) ;; *) continue ;; esac
+      [ "$other" = "$2" ] && continue
+      case " $(allowed "$2") " in
+        *" $other "*) ;;
+        *) echo "$file: room '$2' must not include room '$other'"; status=1 ;;
+      esac
+    done
+  done
+}
+
+for room in common geometry volume image drr registration evaluation ros tools; do
+  check "$root/src/$room" $room
+  check "$root/include/xray_registration/$room" $room
+done
+
+# The core knows no ROS, and only its two files know ITK.
+for room in common geometry volume image drr registration evaluation; do
+  if grep -rnE '#include <(ros|tf2|tf2_ros|sensor_msgs|geometry_msgs|rosbag|image_transport)/' \
+      "$root/src/$room" "$root/include/xray_registration/$room" 2>/dev/null; then
+    echo "room '$room' belongs to the core and must not include ROS"; status=1
+  fi
+done
+if grep -rlE '#include [<"]itk' "$root/src" "$root/include" | grep -vE 'src/volume/(volume_io|bone_surface)\.cpp$'; then
+  echo "ITK is for src/volume/volume_io.cpp and bone_surface.cpp only"; status=1
+fi
+[ $status -eq 0 ] && echo "rooms: every include points down"
+exit $status
