@@ -59,7 +59,8 @@ double rotationAngleBetween(const RigidTransform& a, const RigidTransform& b) {
 bool isRigid(const Eigen::Matrix4d& matrix, double tolerance) {
   if (!matrix.allFinite()) return false;
   const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
-  const bool orthonormal = (linear * linear.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < tolerance;
+  const bool orthonormal =
+      (linear * linear.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < tolerance;
   const bool last_row = (matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < tolerance;
   return orthonormal && last_row && linear.determinant() > 0.0;
 }

@@ -24,8 +24,7 @@ RigidTransform updatedPose(const RigidTransform& T_camera_ct, const Twist& twist
                            const Eigen::Vector3d& centre_camera_mm);
 
 /// The twist that carries T_from to T_to: updatedPose(T_from, twistBetween(...), centre) == T_to.
-Twist twistBetween(const RigidTransform& T_from, const RigidTransform& T_to,
-                   const Eigen::Vector3d& centre_camera_mm);
+Twist twistBetween(const RigidTransform& T_from, const RigidTransform& T_to, const Eigen::Vector3d& centre_camera_mm);
 
 /// Carries a twist about `centre_first` in the axes of the first camera into the same motion of the object as seen by
 /// another camera with T_other_first, about the same physical point: block-diagonal rotation (v, ω by R_other_first).

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-
 #include <array>
 #include <cstddef>
 
@@ -13,8 +12,8 @@ namespace xray_registration {
 struct VolumeGrid {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   Eigen::Vector3d spacing_mm = Eigen::Vector3d::Ones();
-  Eigen::Vector3d origin_ct_mm = Eigen::Vector3d::Zero();     ///< Centre of voxel (0, 0, 0).
-  Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();    ///< Columns: axes of the indices in the CT frame.
+  Eigen::Vector3d origin_ct_mm = Eigen::Vector3d::Zero();   ///< Centre of voxel (0, 0, 0).
+  Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();  ///< Columns: axes of the indices in the CT frame.
 
   std::size_t voxelCount() const;
 

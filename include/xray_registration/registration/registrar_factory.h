@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "xray_registration/drr/device.h"
-#include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/registration/registrar.h"
+#include "xray_registration/registration/registrar_options.h"
 
 namespace xray_registration {
 

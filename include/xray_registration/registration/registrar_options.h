@@ -13,7 +13,7 @@ struct AcceptOptions {
   double min_similarity = 0.6;
   double min_inlier_fraction = 0.4;
   double max_condition_number = 1.0e6;
-  double max_jump_mm = 30.0;      ///< While tracking: distance of the CT centre from the prediction.
+  double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
   double max_disagreement_mm = 2.0;  ///< Between two solves from disturbed starts, mTRE over the CT's box.
 };
@@ -25,17 +25,17 @@ struct RegistrarOptions {
   AcceptOptions accept;
 
   // Fast method.
-  int max_steps_per_frame = 60;       ///< Budget over all levels and views: bounds the latency.
-  double max_image_pixels = 65536;    ///< Finest level is binned until a view has no more pixels.
+  int max_steps_per_frame = 60;     ///< Budget over all levels and views: bounds the latency.
+  double max_image_pixels = 65536;  ///< Finest level is binned until a view has no more pixels.
   bool robust_weights = true;
   bool truncation_weights = true;
 
   // The paper's method.
   int paper_max_iterations = 30;
-  double paper_stop_norm = 0.1;       ///< ‖Δs‖₂, degrees and millimetres.
-  double paper_step_deg = 0.5;        ///< Finite differences.
+  double paper_stop_norm = 0.1;  ///< ‖Δs‖₂, degrees and millimetres.
+  double paper_step_deg = 0.5;   ///< Finite differences.
   double paper_step_mm = 0.5;
-  int paper_image_size = 128;         ///< X-rays are binned until no side is longer.
+  int paper_image_size = 128;  ///< X-rays are binned until no side is longer.
 };
 
 }  // namespace xray_registration

@@ -11,9 +11,9 @@ enum class TrackingState { kWaitingForCt, kWaitingForPose, kTracking, kLost, kFa
 const char* toString(TrackingState state);
 
 struct TrackerOptions {
-  int frames_until_lost = 5;              ///< Refused frames in a row that make LOST.
-  double max_prediction_gap_s = 1.0;      ///< Beyond this gap the velocity is not trusted.
-  double max_velocity_mm_s = 200.0;       ///< Bound of the constant-velocity prediction.
+  int frames_until_lost = 5;          ///< Refused frames in a row that make LOST.
+  double max_prediction_gap_s = 1.0;  ///< Beyond this gap the velocity is not trusted.
+  double max_velocity_mm_s = 200.0;   ///< Bound of the constant-velocity prediction.
   double max_velocity_rad_s = 2.0;
 };
 

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "xray_registration/registration/registrar_options.h"
+
+namespace xray_registration {
+
+/// What is known about a solution when it is judged.
+struct VerdictCues {
+  bool finite = true;   ///< Pose and sums hold no NaN.
+  bool in_view = true;  ///< The CT's centre projects near the image and lies in front of the source.
+  bool converged = false;
+  double similarity = 0.0;
+  double inlier_fraction = 1.0;
+  double condition_number = 1.0;
+  bool tracking = false;  ///< The start came from an accepted neighbour, so the jump means something.
+  double jump_mm = 0.0;   ///< CT centre, from the start.
+  double jump_rad = 0.0;
+  bool has_second_solve = false;
+  double disagreement_mm = 0.0;  ///< Between the solves, in-plane, over the CT's box.
+};
+
+/// Why the solution is not to be trusted, in plain words with the numbers; empty when every cue passes.
+std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept);
+
+}  // namespace xray_registration

@@ -1,0 +1,51 @@
+#include "xray_registration/registration/verdict.h"
+
+#include <iomanip>
+#include <sstream>
+
+namespace xray_registration {
+namespace {
+
+template <typename... Parts>
+std::string sentence(const Parts&... parts) {
+  std::ostringstream text;
+  text << std::setprecision(3);
+  (text << ... << parts);
+  return text.str();
+}
+
+constexpr double kDegreesPerRadian = 57.29577951308232;
+
+}  // namespace
+
+std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept) {
+  if (!cues.finite) return "the solver met a number that is not finite";
+  if (!cues.in_view) return "the CT left the image";
+  if (!(cues.similarity >= accept.min_similarity)) {
+    return sentence("the X-ray and the DRR do not look alike: similarity ", cues.similarity, " is below ",
+                    accept.min_similarity);
+  }
+  if (!(cues.inlier_fraction >= accept.min_inlier_fraction)) {
+    return sentence("too little of the X-ray is explained by the CT: inlier fraction ", cues.inlier_fraction,
+                    " is below ", accept.min_inlier_fraction);
+  }
+  if (!(cues.condition_number <= accept.max_condition_number)) {
+    return sentence("the image does not fix the pose: condition number ", cues.condition_number, " is above ",
+                    accept.max_condition_number);
+  }
+  if (!cues.converged) return "the solver ran out of steps before it converged";
+  if (cues.tracking && cues.jump_mm > accept.max_jump_mm) {
+    return sentence("the pose jumped ", cues.jump_mm, " mm from the prediction, more than ", accept.max_jump_mm);
+  }
+  if (cues.tracking && cues.jump_rad > accept.max_jump_rad) {
+    return sentence("the pose turned ", cues.jump_rad * kDegreesPerRadian, " degrees from the prediction, more than ",
+                    accept.max_jump_rad * kDegreesPerRadian);
+  }
+  if (cues.has_second_solve && !(cues.disagreement_mm <= accept.max_disagreement_mm)) {
+    return sentence("a second solve from another start ended ", cues.disagreement_mm, " mm away, more than ",
+                    accept.max_disagreement_mm);
+  }
+  return {};
+}
+
+}  // namespace xray_registration
