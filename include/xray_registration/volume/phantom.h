@@ -14,18 +14,25 @@ struct PhantomEllipsoid {
   double hu;
 };
 
-/// The paper's white cube: n³ voxels of HU 0 (water) inside a border of air as the paper's experiment has it, spacing
-/// so that the cube has unit side times `side_mm` at every n.
+/// The paper's white cube. The volume has n³ voxels and is side_mm long in each axis at every n, centred in the CT
+/// frame's origin: the paper's [0, 1]³, times side_mm. The middle half of each axis is white (HU 0, water) and the rest
+/// air, so that the turned and shifted cube keeps its edges in the volume; the paper leaves this open. Voxels on the
+/// cube's border are partly filled when n is no multiple of four.
+/// @throws std::invalid_argument for n outside 4…1024.
 Volume whiteCube(int n, double side_mm = 100.0);
 
 /// A head: skin, skull of uneven thickness, orbits, sinuses, teeth, petrous bones, one marker; no symmetry that would
-/// make the pose ambiguous. About 180×220×230 mm, spacing_mm isotropic.
+/// make the pose ambiguous. About 180×220×230 mm, closed on all sides, spacing_mm isotropic; centred away from the CT
+/// frame's origin, as real CTs are.
+/// @throws std::invalid_argument for a spacing outside 0.2…20 mm.
 Volume headPhantom(double spacing_mm);
 
-/// A pelvis cut at both ends (z), femora, sacrum, gas; about 360×240×260 mm.
+/// A pelvis cut at both ends (z), femora, sacrum, gas; about 360×240×260 mm, centred away from the CT frame's origin.
+/// @throws std::invalid_argument for a spacing outside 0.2…20 mm.
 Volume pelvisPhantom(double spacing_mm);
 
-/// Paints ellipsoids into a grid with `supersampling`³ samples per voxel.
+/// Paints ellipsoids into a grid of air with `supersampling`³ samples per voxel, over all host threads.
+/// @throws std::invalid_argument for an empty grid or a semi-axis that is not positive.
 Volume paintPhantom(const VolumeGrid& grid, const std::vector<PhantomEllipsoid>& shapes, int supersampling = 2);
 
 }  // namespace xray_registration
