@@ -1,0 +1,204 @@
+// Random starts around a recorded session's true poses: how often, how exactly and how fast the registration finds
+// back, and whether its verdict can be trusted.
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tools/common/command_line.h"
+#include "tools/common/progress_bar.h"
+#include "tools/evaluate/convergence.h"
+#include "tools/evaluate/plot.h"
+#include "tools/evaluate/report.h"
+#include "tools/evaluate/session_frames.h"
+
+namespace xray_registration::tools {
+namespace {
+
+constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+
+struct Arguments {
+  std::string ct;
+  std::string bag;
+  std::string views;
+  std::string config;
+  std::string device;
+  std::string method;
+  std::string json;
+  std::string plot;
+  int trials = 100;
+  double rotation_deg = 6.0;
+  double translation_mm = 10.0;
+  std::uint64_t seed = 1;
+  double target_size_mm = 100.0;
+  bool tracking = false;
+  bool reference = false;
+  bool verbose = false;
+};
+
+void addOptions(CLI::App* app, Arguments* arguments) {
+  app->add_option("--ct", arguments->ct, "CT: NIfTI, NRRD or MetaImage file, or a DICOM folder")
+      ->required()
+      ->check(CLI::ExistingPath);
+  app->add_option("--bag", arguments->bag, "session with /<view>/image_raw, camera_info and ground_truth")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app->add_option("--views", arguments->views, "views to use, as a,b; the first is the reference (default: all)");
+  app->add_option("--config", arguments->config, "the node's parameters as YAML")->check(CLI::ExistingFile);
+  app->add_option("--device", arguments->device, "auto, gpu, cpu, or a part of the device's name");
+  app->add_option("--method", arguments->method, "fast or paper")->check(CLI::IsMember({"fast", "paper"}));
+  app->add_option("--trials", arguments->trials, "number of starts")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  app->add_option("--rotation", arguments->rotation_deg, "largest angle of a start from the truth, degrees")
+      ->check(CLI::Range(0.0, 180.0))
+      ->capture_default_str();
+  app->add_option("--translation", arguments->translation_mm, "largest component of a start's shift, mm")
+      ->check(CLI::Range(0.0, 10000.0))
+      ->capture_default_str();
+  app->add_option("--seed", arguments->seed, "the same seed gives the same starts")->capture_default_str();
+  app->add_option("--target-size", arguments->target_size_mm, "side of the cube of targets, mm")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  app->add_flag(
+      "--tracking", arguments->tracking,
+      "follow the session from its first true pose instead of random starts; no error is hidden by a restart");
+  app->add_flag("--reference", arguments->reference,
+                "the poses in the bag are a reference with an error of its own; say how far the solution that starts "
+                "there ends from it");
+  app->add_option("--json", arguments->json, "write all trials and the summary here");
+  app->add_option("--plot", arguments->plot, "draw errors, success, convergence and the verdict here (PNG)");
+  app->add_flag("--verbose", arguments->verbose, "say more on standard error");
+}
+
+NodeParameters parametersOf(const Arguments& arguments, const Logger& logger) {
+  try {
+    NodeParameters parameters =
+        arguments.config.empty() ? NodeParameters{} : loadParametersYaml(arguments.config, logger);
+    if (!arguments.views.empty()) parameters.views = splitList(arguments.views);
+    if (!arguments.device.empty()) parameters.device = arguments.device;
+    if (arguments.method == "fast") parameters.registrar.method = Method::kFast;
+    if (arguments.method == "paper") parameters.registrar.method = Method::kPaper;
+    validate(parameters);
+    return parameters;
+  } catch (const ParameterError& error) {
+    throw ArgumentError(error.what());
+  }
+}
+
+/// The session with the views that were asked for, else those of the configuration, else all.
+std::unique_ptr<BagSession> openSession(const Arguments& arguments, NodeParameters* parameters, const Logger& logger) {
+  BagSessionOptions options;
+  options.views = parameters->views;
+  options.tolerance_s = parameters->sync.tolerance_s;
+  auto session = std::make_unique<BagSession>(arguments.bag, options, logger);
+  parameters->views.clear();
+  for (const BagView& view : session->views()) parameters->views.push_back(view.name);
+  return session;
+}
+
+EvaluationRun describe(const Arguments& arguments, const NodeParameters& parameters) {
+  EvaluationRun run;
+  run.session = std::filesystem::path(arguments.bag).stem().string();
+  run.views = parameters.views;
+  run.method = parameters.registrar.method == Method::kPaper ? "paper" : "fast";
+  run.tracking = arguments.tracking;
+  run.reference = arguments.reference;
+  run.options.trials = arguments.trials;
+  run.options.range = {arguments.rotation_deg * kRadPerDeg, arguments.translation_mm};
+  run.options.seed = arguments.seed;
+  run.options.target_size_mm = arguments.target_size_mm;
+  return run;
+}
+
+double loadCt(RegistrationPipeline* pipeline, const Arguments& arguments, const NodeParameters& parameters,
+              const Logger& logger) {
+  pipeline->openDevice();
+  const Volume ct = readVolume(arguments.ct, parameters.ct.read, logger);
+  const auto begin = std::chrono::steady_clock::now();
+  pipeline->setCt(ct);
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
+
+std::vector<Trial> runAll(RegistrationPipeline* pipeline, const std::vector<EvaluationFrame>& frames,
+                          const Eigen::Vector3d& centre_ct_mm, const EvaluationRun& run) {
+  const std::size_t total = run.tracking ? frames.size() : static_cast<std::size_t>(run.options.trials);
+  ProgressBar bar(run.session, total);
+  const Progress progress = [&bar](int done, int) { bar.advanceTo(static_cast<std::size_t>(done)); };
+  if (!run.tracking) return runTrials(pipeline->registrar(), frames, centre_ct_mm, run.options, progress);
+  Tracker tracker(pipeline->parameters().tracker);
+  return followFrames(pipeline->registrar(), &tracker, frames, centre_ct_mm, run.options.target_size_mm, progress);
+}
+
+PoseError agreementWithReference(Registrar* registrar, const EvaluationFrame& frame,
+                                 const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
+  const RegistrationResult result = registrar->registerFrame(frame.views, frame.T_camera_ct_true, false);
+  return poseError(result.T_camera_ct, frame.T_camera_ct_true, targetGrid(centre_ct_mm, target_size_mm));
+}
+
+void writeJson(const std::string& path, const nlohmann::json& report) {
+  std::ofstream file(path);
+  file << report.dump(1) << '\n';
+  file.close();
+  if (!file) throw std::runtime_error(path + ": cannot be written");
+}
+
+void writePlot(const std::string& path, const cv::Mat& picture) {
+  bool written = false;
+  try {
+    written = cv::imwrite(path, picture);
+  } catch (const cv::Exception& error) {
+    throw std::runtime_error(path + ": cannot be written: " + error.err);
+  }
+  if (!written) throw std::runtime_error(path + ": cannot be written");
+}
+
+void evaluate(const Arguments& arguments) {
+  const Logger logger = standardErrorLogger("evaluate", arguments.verbose);
+  if (!arguments.json.empty()) requireWritableParent(arguments.json, "--json");
+  if (!arguments.plot.empty()) requireWritableParent(arguments.plot, "--plot");
+  NodeParameters parameters = parametersOf(arguments, logger);
+  const auto session = openSession(arguments, &parameters, logger);
+  EvaluationRun run = describe(arguments, parameters);
+
+  RegistrationPipeline pipeline(parameters, logger);
+  run.ct_upload_ms = loadCt(&pipeline, arguments, parameters, logger);
+  run.device = pipeline.deviceName();
+  run.ct = pipeline.ctName();
+  const Eigen::Vector3d centre_ct_mm = pipeline.ct()->grid.centreCt();
+  pipeline.dropCt();
+
+  const std::size_t limit =
+      run.tracking ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(run.options.trials);
+  const std::vector<EvaluationFrame> frames = sessionFrames(*session, pipeline, limit, logger);
+  run.frames = static_cast<int>(frames.size());
+
+  const std::vector<Trial> trials = runAll(&pipeline, frames, centre_ct_mm, run);
+  if (run.reference) {
+    run.reference_agreement =
+        agreementWithReference(pipeline.registrar(), frames.front(), centre_ct_mm, run.options.target_size_mm);
+  }
+  const SuccessCriteria criteria = successCriteria(static_cast<int>(run.views.size()));
+  printTable(std::cout, run, trials, criteria);
+  if (!arguments.json.empty()) writeJson(arguments.json, toJson(run, trials, criteria));
+  if (!arguments.plot.empty()) {
+    const auto convergence = run.tracking ? std::vector<ConvergenceCurve>{}
+                                          : convergenceOf(pipeline.registrar(), parameters.registrar, frames, trials,
+                                                          centre_ct_mm, run.options.target_size_mm);
+    writePlot(arguments.plot, drawPlot(trials, criteria, convergence));
+  }
+}
+
+}  // namespace
+}  // namespace xray_registration::tools
+
+int main(int argc, char** argv) {
+  using namespace xray_registration::tools;
+  Arguments arguments;
+  CLI::App app("Registers from random starts around a session's true poses and reports errors, success and verdict.",
+               "evaluate");
+  addOptions(&app, &arguments);
+  return runTool(app, argc, argv, [&arguments] { evaluate(arguments); });
+}

@@ -1,0 +1,210 @@
+#include "tools/evaluate/report.h"
+
+#include <cmath>
+#include <iomanip>
+#include <map>
+#include <ostream>
+#include <sstream>
+
+namespace xray_registration::tools {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kDegreesPerRadian = 57.29577951308232;
+
+json toJson(const Percentiles& values) { return {{"median", values.median}, {"p95", values.p95}, {"p99", values.p99}}; }
+
+json toJson(const RigidTransform& T) {
+  json rows = json::array();
+  for (int row = 0; row < 4; ++row) {
+    rows.push_back({T.matrix()(row, 0), T.matrix()(row, 1), T.matrix()(row, 2), T.matrix()(row, 3)});
+  }
+  return rows;
+}
+
+json toJson(const Trial& trial, const SuccessCriteria& criteria) {
+  const RegistrationResult& result = trial.result;
+  return {{"frame", trial.frame},
+          {"stamp", trial.stamp_s},
+          {"start_rotation_deg", trial.disturbance.tail<3>().norm() * kDegreesPerRadian},
+          {"start_translation_mm", trial.disturbance.head<3>().norm()},
+          {"start_mtre", trial.start.mtre_mm},
+          {"start_inplane", trial.start.inplane_mm},
+          {"final_mtre", trial.final.mtre_mm},
+          {"final_inplane", trial.final.inplane_mm},
+          {"success", criteria.isSuccess(trial.final)},
+          {"accepted", result.accepted},
+          {"reason", result.reason},
+          {"converged", result.converged},
+          {"iterations", result.iterations},
+          {"similarity", result.similarity},
+          {"residual", result.residual},
+          {"inlier_fraction", result.inlier_fraction},
+          {"condition_number", result.condition_number},
+          {"prepare_ms", trial.prepare_ms},
+          {"upload_ms", result.upload_ms},
+          {"solve_ms", trial.solve_ms},
+          {"T_camera_ct", toJson(result.T_camera_ct)}};
+}
+
+/// A reason without its numbers, so that equal causes are counted together.
+std::string causeOf(const std::string& reason) {
+  const std::size_t colon = reason.find(':');
+  std::string cause = reason.substr(0, colon);
+  for (char& letter : cause) {
+    if (letter >= '0' && letter <= '9') letter = '#';
+  }
+  return cause;
+}
+
+std::map<std::string, int> causes(const std::vector<Trial>& trials) {
+  std::map<std::string, int> counted;
+  for (const Trial& trial : trials) {
+    if (!trial.result.accepted) ++counted[causeOf(trial.result.reason)];
+  }
+  return counted;
+}
+
+json summary(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria) {
+  const TrialStatistics statistics = statisticsOf(trials, criteria);
+  json bins = json::array();
+  for (const StartBin& bin : statistics.bins) {
+    bins.push_back(
+        {{"from_mm", bin.from_mm}, {"to_mm", bin.to_mm}, {"trials", bin.trials}, {"successes", bin.successes}});
+  }
+  json made = {{"session", run.session},
+               {"ct", run.ct},
+               {"views", run.views},
+               {"method", run.method},
+               {"device", run.device},
+               {"tracking", run.tracking},
+               {"reference", run.reference},
+               {"frames", run.frames},
+               {"seed", run.options.seed},
+               {"rotation_deg", run.options.range.rotation_rad * kDegreesPerRadian},
+               {"translation_mm", run.options.range.translation_mm},
+               {"target_size_mm", run.options.target_size_mm},
+               {"trials", statistics.trials},
+               {"success_rate", statistics.successRate()},
+               {"gross_failure_rate", statistics.grossFailureRate()},
+               {"accepted_rate", statistics.acceptedRate()},
+               {"false_acceptances", statistics.false_acceptances},
+               {"false_acceptance_rate", statistics.falseAcceptanceRate()},
+               {"false_refusals", statistics.false_refusals},
+               {"false_refusal_rate", statistics.falseRefusalRate()},
+               {"median_start_mtre", statistics.start_mtre_mm.median},
+               {"median_mtre", statistics.final_mtre_mm.median},
+               {"p95_mtre", statistics.final_mtre_mm.p95},
+               {"median_inplane", statistics.final_inplane_mm.median},
+               {"p95_inplane", statistics.final_inplane_mm.p95},
+               {"capture_range_mm", statistics.capture_range_mm},
+               {"bins", bins},
+               {"iterations", toJson(statistics.iterations)},
+               {"prepare_ms", toJson(statistics.prepare_ms)},
+               {"solve_ms", toJson(statistics.solve_ms)},
+               {"frame_ms", toJson(statistics.frame_ms)},
+               {"ct_upload_ms", run.ct_upload_ms},
+               {"refused_because", causes(trials)}};
+  if (run.reference) {
+    made["reference_agreement_mtre"] = run.reference_agreement.mtre_mm;
+    made["reference_agreement_inplane"] = run.reference_agreement.inplane_mm;
+  }
+  return made;
+}
+
+std::string percent(double rate, int part, int of) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << 100.0 * rate << " %  (" << part << " of " << of << ")";
+  return text.str();
+}
+
+std::string number(double value, int digits) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(digits) << value;
+  return text.str();
+}
+
+std::string three(const Percentiles& values, int digits, const std::string& unit) {
+  return "median " + number(values.median, digits) + "   p95 " + number(values.p95, digits) + "   p99 " +
+         number(values.p99, digits) + (unit.empty() ? "" : " " + unit);
+}
+
+void row(std::ostream& out, const std::string& name, const std::string& value) {
+  out << "  " << std::left << std::setw(22) << name << value << '\n';
+}
+
+void printHead(std::ostream& out, const EvaluationRun& run) {
+  out << run.session;
+  for (const std::string& view : run.views) out << (view.empty() ? "" : " [" + view + "]");
+  out << ", CT " << run.ct << ", method " << run.method << ", device " << run.device << '\n';
+  if (run.tracking) {
+    out << "tracked from the first frame's " << (run.reference ? "reference" : "true") << " pose";
+  } else {
+    out << run.options.trials << " starts within " << run.options.range.rotation_rad * kDegreesPerRadian << " deg, "
+        << run.options.range.translation_mm << " mm, seed " << run.options.seed;
+  }
+  out << "; " << run.frames << " frames with a " << (run.reference ? "reference" : "true") << " pose; targets "
+      << run.options.target_size_mm << " mm\n";
+}
+
+void printFrames(std::ostream& out, const std::vector<Trial>& trials) {
+  out << "  frame   predicted mm   mTRE mm   in-plane mm   similarity   steps   verdict\n";
+  for (const Trial& trial : trials) {
+    out << std::right << std::fixed << "  " << std::setw(5) << trial.frame << std::setprecision(2) << std::setw(15)
+        << trial.start.mtre_mm << std::setprecision(3) << std::setw(10) << trial.final.mtre_mm << std::setw(14)
+        << trial.final.inplane_mm << std::setw(13) << trial.result.similarity << std::setw(8) << trial.result.iterations
+        << "   " << (trial.result.accepted ? "accepted" : trial.result.reason) << '\n';
+  }
+  out << std::defaultfloat << std::setprecision(6);
+}
+
+void printBins(std::ostream& out, const TrialStatistics& statistics) {
+  out << "  success by start mTRE\n";
+  for (const StartBin& bin : statistics.bins) {
+    if (bin.trials == 0) continue;
+    out << std::right << std::setw(6) << bin.from_mm << " - " << std::setw(3) << bin.to_mm << " mm  " << std::setw(4)
+        << bin.successes << " of " << std::setw(4) << bin.trials << "  "
+        << std::string(static_cast<std::size_t>(std::lround(40.0 * bin.successRate())), '#') << '\n';
+  }
+}
+
+}  // namespace
+
+json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria) {
+  json all = json::array();
+  for (const Trial& trial : trials) all.push_back(toJson(trial, criteria));
+  return {{"trials", all}, {"summary", summary(run, trials, criteria)}};
+}
+
+void printTable(std::ostream& out, const EvaluationRun& run, const std::vector<Trial>& trials,
+                const SuccessCriteria& criteria) {
+  const TrialStatistics s = statisticsOf(trials, criteria);
+  printHead(out, run);
+  if (run.tracking) printFrames(out, trials);
+  row(out, "success", percent(s.successRate(), s.successes, s.trials));
+  row(out, "gross failure", percent(s.grossFailureRate(), s.gross_failures, s.trials));
+  row(out, "accepted", percent(s.acceptedRate(), s.accepted, s.trials));
+  row(out, "false acceptance", percent(s.falseAcceptanceRate(), s.false_acceptances, s.trials));
+  row(out, "good ones refused", percent(s.falseRefusalRate(), s.false_refusals, s.successes));
+  row(out, "start mTRE", three(s.start_mtre_mm, 2, "mm"));
+  row(out, "final mTRE", three(s.final_mtre_mm, 3, "mm"));
+  row(out, "final in-plane error", three(s.final_inplane_mm, 3, "mm"));
+  row(out, "steps", three(s.iterations, 0, ""));
+  row(out, "frame prepared in", three(s.prepare_ms, 1, "ms"));
+  row(out, "registered in", three(s.solve_ms, 1, "ms"));
+  row(out, "image to verdict", three(s.frame_ms, 1, "ms"));
+  row(out, "CT uploaded in", number(run.ct_upload_ms, 0) + " ms (apart)");
+  if (run.reference) {
+    row(out, "from the reference",
+        "mTRE " + number(run.reference_agreement.mtre_mm, 3) + "   in-plane " +
+            number(run.reference_agreement.inplane_mm, 3) + " mm to the solution that starts there");
+  }
+  if (!run.tracking) {
+    row(out, "capture range", number(s.capture_range_mm, 0) + " mm");
+    printBins(out, s);
+  }
+  for (const auto& [cause, count] : causes(trials)) out << "  refused " << count << " times: " << cause << '\n';
+}
+
+}  // namespace xray_registration::tools

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "xray_registration/evaluation/trial_statistics.h"
+
+namespace xray_registration::tools {
+
+/// What was run, for the head of a report.
+struct EvaluationRun {
+  std::string session;  ///< The bag's name without folder and ending.
+  std::string ct;
+  std::vector<std::string> views;
+  std::string method;
+  std::string device;
+  bool tracking = false;
+  bool reference = false;  ///< The truth is a reference with an error of its own.
+  TrialOptions options;
+  int frames = 0;  ///< With a true pose.
+  double ct_upload_ms = 0.0;
+  PoseError reference_agreement;  ///< Solution started at the reference against the reference; with `reference`.
+};
+
+/// {"trials": […], "summary": {…}}; lengths in mm, angles in degrees, times in ms.
+nlohmann::json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria);
+
+/// A table for people.
+void printTable(std::ostream& out, const EvaluationRun& run, const std::vector<Trial>& trials,
+                const SuccessCriteria& criteria);
+
+}  // namespace xray_registration::tools
