@@ -6,7 +6,9 @@
 namespace xray_registration {
 
 /// Mean over factor × factor blocks of the pixels that the mask allows; partial blocks at right and bottom are dropped
-/// (XrayCamera::binned describes the result). A block with less than half of its pixels allowed is masked.
+/// (XrayCamera::binned describes the result). A block with less than half of its pixels allowed is masked; it still
+/// holds a mean, of what is allowed or else of all, so that filters next to it see no hole. An empty mask allows all.
+/// @throws std::invalid_argument for a factor below 1 or a mask of another size.
 void binImage(const FloatImage& image, const MaskImage& mask, int factor, FloatImage* binned, MaskImage* binned_mask);
 
 }  // namespace xray_registration
