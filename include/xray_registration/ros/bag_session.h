@@ -1,0 +1,105 @@
+#pragma once
+
+#include <ros/time.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "xray_registration/common/log.h"
+#include "xray_registration/geometry/rigid_transform.h"
+
+namespace xray_registration {
+
+/// A bag that is no session, and why; the message names the file and the topic.
+class BagSessionError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// One X-ray camera of a session: topics /<name>/image_raw, /<name>/camera_info and, if known, /<name>/ground_truth.
+struct BagView {
+  std::string name;                                          ///< Empty for topics without a prefix.
+  std::string frame_id;                                      ///< Its X-ray optical frame, from the images' headers.
+  RigidTransform T_view_first = RigidTransform::Identity();  ///< From /tf_static; maps points of the first view.
+};
+
+/// What one view has for one frame.
+struct BagViewData {
+  sensor_msgs::ImageConstPtr image;             ///< Null when the view has no image for this frame.
+  sensor_msgs::CameraInfoConstPtr camera_info;  ///< Null when none has the image's stamp.
+  std::optional<RigidTransform> T_camera_ct_true;
+};
+
+struct BagFrame {
+  ros::Time stamp;                 ///< Of the first view's image, or of the first that there is.
+  ros::Time received;              ///< When the last of its images was recorded.
+  std::vector<BagViewData> views;  ///< In the order of BagSession::views().
+
+  /// The CT in the first view's camera, from that view's ground truth or carried over from another's.
+  std::optional<RigidTransform> T_first_ct_true;
+};
+
+struct BagSessionOptions {
+  std::vector<std::string> views;  ///< Empty: every topic that ends in /image_raw, in alphabetical order.
+  double tolerance_s = 0.02;       ///< Largest difference of stamps between the views of one frame.
+};
+
+/// A recorded session: X-rays of one or several views, grouped into frames by their stamps. Images are read from the
+/// file when their frame is asked for. Not thread-safe.
+class BagSession {
+ public:
+  /// @throws BagSessionError when the file is not a bag, has no images of a view, images without camera_info, or
+  /// several views whose relative pose /tf_static does not give.
+  explicit BagSession(const std::string& path, const BagSessionOptions& options = {}, const Logger& logger = {});
+  ~BagSession();
+  BagSession(const BagSession&) = delete;
+  BagSession& operator=(const BagSession&) = delete;
+
+  const std::string& path() const;
+  const std::vector<BagView>& views() const;
+  std::size_t frameCount() const;
+  ros::Time stamp(std::size_t frame) const;
+
+  /// @throws std::out_of_range, BagSessionError when the file cannot be read.
+  BagFrame frame(std::size_t index) const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// The first pose on a topic of PoseStamped or PoseWithCovarianceStamped, as it stands there.
+struct StampedPose {
+  std::string frame_id;
+  ros::Time stamp;
+  RigidTransform T_frame_ct;
+};
+/// @throws BagSessionError when the bag has no such message, or the pose is not rigid or not finite.
+StampedPose readFirstPose(const std::string& bag_path, const std::string& topic);
+
+/// Writes a session that BagSession reads.
+/// @throws BagSessionError when the file cannot be written.
+class BagSessionWriter {
+ public:
+  explicit BagSessionWriter(const std::string& path);
+  ~BagSessionWriter();
+  BagSessionWriter(const BagSessionWriter&) = delete;
+  BagSessionWriter& operator=(const BagSessionWriter&) = delete;
+
+  /// The views' relative poses, on /tf_static; one view needs none.
+  void writeViews(const std::vector<BagView>& views, const ros::Time& stamp);
+  void writeImage(const BagView& view, const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& camera_info);
+  void writeGroundTruth(const BagView& view, const ros::Time& stamp, const RigidTransform& T_camera_ct);
+  void close();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace xray_registration

@@ -1,0 +1,346 @@
+#include "xray_registration/ros/bag_session.h"
+
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "xray_registration/ros/conversions.h"
+
+namespace xray_registration {
+namespace {
+
+constexpr char kImageSuffix[] = "/image_raw";
+
+std::string topicOf(const std::string& view, const std::string& name) {
+  return view.empty() ? "/" + name : "/" + view + "/" + name;
+}
+
+std::string withoutOuterSlashes(std::string name) {
+  while (!name.empty() && name.front() == '/') name.erase(0, 1);
+  while (!name.empty() && name.back() == '/') name.pop_back();
+  return name;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
+  auto bag = std::make_unique<rosbag::Bag>();
+  try {
+    bag->open(path, rosbag::bagmode::Read);
+  } catch (const std::exception& error) {
+    throw BagSessionError(path + ": cannot be read as a bag: " + error.what());
+  }
+  return bag;
+}
+
+/// Topic → data type.
+std::map<std::string, std::string> topicsOf(rosbag::Bag& bag) {
+  rosbag::View all(bag);
+  std::map<std::string, std::string> types;
+  for (const auto* connection : all.getConnections()) types[connection->topic] = connection->datatype;
+  return types;
+}
+
+std::vector<std::string> foundViews(const std::map<std::string, std::string>& topics) {
+  std::vector<std::string> views;
+  const std::string suffix = kImageSuffix;
+  for (const auto& [topic, type] : topics) {
+    if (type != "sensor_msgs/Image" || topic.size() < suffix.size()) continue;
+    if (topic.compare(topic.size() - suffix.size(), suffix.size(), suffix) != 0) continue;
+    views.push_back(withoutOuterSlashes(topic.substr(0, topic.size() - suffix.size())));
+  }
+  return views;
+}
+
+/// One image of one view: where it stands in the file.
+struct ImageEntry {
+  ros::Time stamp;
+  rosbag::MessageInstance message;
+};
+
+/// What one view has, by stamp.
+struct ViewIndex {
+  std::vector<ImageEntry> images;
+  std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> camera_infos;
+  std::map<ros::Time, RigidTransform> poses;
+};
+
+/// A frame: for each view the number of its image, or nothing.
+struct FrameIndex {
+  ros::Time stamp;
+  std::vector<std::optional<std::size_t>> images;
+};
+
+/// Groups the images of all views: each image of the view that has the earliest one left opens a frame and takes the
+/// nearest image of every other view within the tolerance.
+std::vector<FrameIndex> groupedFrames(const std::vector<ViewIndex>& views, double tolerance_s) {
+  std::vector<FrameIndex> frames;
+  std::vector<std::size_t> next(views.size(), 0);
+  for (;;) {
+    std::optional<ros::Time> earliest;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (next[i] == views[i].images.size()) continue;
+      const ros::Time stamp = views[i].images[next[i]].stamp;
+      if (!earliest || stamp < *earliest) earliest = stamp;
+    }
+    if (!earliest) return frames;
+    FrameIndex frame;
+    frame.images.resize(views.size());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (next[i] == views[i].images.size()) continue;
+      const ros::Time stamp = views[i].images[next[i]].stamp;
+      if ((stamp - *earliest).toSec() > tolerance_s) continue;
+      if (frame.stamp.isZero()) frame.stamp = stamp;
+      frame.images[i] = next[i]++;
+    }
+    frames.push_back(frame);
+  }
+}
+
+}  // namespace
+
+struct BagSession::Implementation {
+  std::string path;
+  std::unique_ptr<rosbag::Bag> bag;
+  std::vector<std::unique_ptr<rosbag::View>> queries;  // The message instances refer to them.
+  std::vector<BagView> views;
+  std::vector<ViewIndex> indices;
+  std::vector<FrameIndex> frames;
+
+  void chooseViews(const std::vector<std::string>& wanted, const std::map<std::string, std::string>& topics);
+  void indexView(std::size_t view, const Logger& logger);
+  void readRelativePoses();
+};
+
+void BagSession::Implementation::chooseViews(const std::vector<std::string>& wanted,
+                                             const std::map<std::string, std::string>& topics) {
+  const auto found = foundViews(topics);
+  if (found.empty()) {
+    throw BagSessionError(path + ": has no X-rays: no topic of sensor_msgs/Image ends in " + kImageSuffix);
+  }
+  for (const auto& name : wanted.empty() ? found : wanted) {
+    BagView view;
+    view.name = withoutOuterSlashes(name);
+    if (std::find(found.begin(), found.end(), view.name) == found.end()) {
+      throw BagSessionError(path + ": has no images on " + topicOf(view.name, "image_raw") +
+                            "; views in it: " + joined(found));
+    }
+    for (const auto& other : views) {
+      if (other.name == view.name) throw BagSessionError(path + ": view '" + view.name + "' is named twice");
+    }
+    views.push_back(view);
+  }
+}
+
+void BagSession::Implementation::indexView(std::size_t number, const Logger& logger) {
+  BagView& view = views[number];
+  ViewIndex& index = indices[number];
+  const std::string info_topic = topicOf(view.name, "camera_info");
+  const std::string pose_topic = topicOf(view.name, "ground_truth");
+  queries.push_back(std::make_unique<rosbag::View>(
+      *bag, rosbag::TopicQuery(std::vector<std::string>{topicOf(view.name, "image_raw"), info_topic, pose_topic})));
+  for (const rosbag::MessageInstance& message : *queries.back()) {
+    if (const auto image = message.instantiate<sensor_msgs::Image>()) {
+      index.images.push_back({image->header.stamp, message});
+      if (view.frame_id.empty()) view.frame_id = withoutOuterSlashes(image->header.frame_id);
+    } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
+      index.camera_infos[info->header.stamp] = info;
+    } else if (const auto pose = message.instantiate<geometry_msgs::PoseStamped>()) {
+      index.poses[pose->header.stamp] = fromPose(pose->pose, pose_topic);
+    } else {
+      log(logger, LogLevel::kWarning,
+          path + ": " + message.getTopic() + " has type " + message.getDataType() +
+              ", which is not the session's; left out");
+    }
+  }
+  if (index.camera_infos.empty()) {
+    throw BagSessionError(path + ": has no sensor_msgs/CameraInfo on " + info_topic +
+                          "; without it the images' geometry is not known");
+  }
+  const auto earlier = [](const ImageEntry* a, const ImageEntry* b) { return a->stamp < b->stamp; };
+  // A message instance cannot be assigned, so pointers are sorted and the entries copied in their order.
+  std::vector<const ImageEntry*> order;
+  for (const auto& entry : index.images) order.push_back(&entry);
+  std::stable_sort(order.begin(), order.end(), earlier);
+  std::vector<ImageEntry> sorted;
+  sorted.reserve(order.size());
+  for (const auto* entry : order) sorted.push_back(*entry);
+  index.images.swap(sorted);
+}
+
+void BagSession::Implementation::readRelativePoses() {
+  if (views.size() < 2) return;
+  tf2::BufferCore transforms;
+  rosbag::View query(*bag, rosbag::TopicQuery("/tf_static"));
+  for (const rosbag::MessageInstance& message : query) {
+    const auto transforms_message = message.instantiate<tf2_msgs::TFMessage>();
+    if (!transforms_message) continue;
+    for (const auto& transform : transforms_message->transforms) transforms.setTransform(transform, path, true);
+  }
+  for (std::size_t i = 1; i < views.size(); ++i) {
+    try {
+      const auto found = transforms.lookupTransform(views[i].frame_id, views[0].frame_id, ros::Time(0));
+      views[i].T_view_first = fromTransform(found.transform, "/tf_static");
+    } catch (const std::exception& error) {
+      throw BagSessionError(path + ": /tf_static does not connect '" + views[0].frame_id + "' and '" +
+                            views[i].frame_id + "' of the views '" + views[0].name + "' and '" + views[i].name + "' (" +
+                            error.what() + "); record it, or use one view alone");
+    }
+  }
+}
+
+BagSession::BagSession(const std::string& path, const BagSessionOptions& options, const Logger& logger)
+    : implementation_(std::make_unique<Implementation>()) {
+  auto& self = *implementation_;
+  self.path = path;
+  self.bag = openBag(path);
+  try {
+    self.chooseViews(options.views, topicsOf(*self.bag));
+    self.indices.resize(self.views.size());
+    for (std::size_t i = 0; i < self.views.size(); ++i) self.indexView(i, logger);
+    self.readRelativePoses();
+  } catch (const BagSessionError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw BagSessionError(path + ": " + error.what());
+  }
+  self.frames = groupedFrames(self.indices, options.tolerance_s);
+}
+
+BagSession::~BagSession() = default;
+
+const std::string& BagSession::path() const { return implementation_->path; }
+const std::vector<BagView>& BagSession::views() const { return implementation_->views; }
+std::size_t BagSession::frameCount() const { return implementation_->frames.size(); }
+ros::Time BagSession::stamp(std::size_t frame) const { return implementation_->frames.at(frame).stamp; }
+
+BagFrame BagSession::frame(std::size_t index) const {
+  const auto& self = *implementation_;
+  const FrameIndex& entry = self.frames.at(index);
+  BagFrame frame;
+  frame.stamp = entry.stamp;
+  frame.views.resize(self.views.size());
+  for (std::size_t i = 0; i < self.views.size(); ++i) {
+    if (!entry.images[i]) continue;
+    BagViewData& view = frame.views[i];
+    const ImageEntry& image = self.indices[i].images[*entry.images[i]];
+    try {
+      view.image = image.message.instantiate<sensor_msgs::Image>();
+    } catch (const std::exception& error) {
+      throw BagSessionError(self.path + ": " + image.message.getTopic() + ": " + error.what());
+    }
+    frame.received = std::max(frame.received, image.message.getTime());
+    const auto info = self.indices[i].camera_infos.find(image.stamp);
+    if (info != self.indices[i].camera_infos.end()) view.camera_info = info->second;
+    const auto pose = self.indices[i].poses.find(image.stamp);
+    if (pose == self.indices[i].poses.end()) continue;
+    view.T_camera_ct_true = pose->second;
+    if (!frame.T_first_ct_true) frame.T_first_ct_true = self.views[i].T_view_first.inverse() * pose->second;
+  }
+  return frame;
+}
+
+StampedPose readFirstPose(const std::string& bag_path, const std::string& topic) {
+  const auto bag = openBag(bag_path);
+  rosbag::View query(*bag, rosbag::TopicQuery(topic));
+  std::string other_type;
+  for (const rosbag::MessageInstance& message : query) {
+    std_msgs::Header header;
+    geometry_msgs::Pose pose;
+    if (const auto stamped = message.instantiate<geometry_msgs::PoseStamped>()) {
+      header = stamped->header;
+      pose = stamped->pose;
+    } else if (const auto with_covariance = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+      header = with_covariance->header;
+      pose = with_covariance->pose.pose;
+    } else {
+      other_type = message.getDataType();
+      continue;
+    }
+    try {
+      return {withoutOuterSlashes(header.frame_id), header.stamp, fromPose(pose, topic)};
+    } catch (const std::exception& error) {
+      throw BagSessionError(bag_path + ": " + error.what());
+    }
+  }
+  if (!other_type.empty()) {
+    throw BagSessionError(bag_path + ": " + topic + " has type " + other_type +
+                          ", not geometry_msgs/PoseStamped or PoseWithCovarianceStamped");
+  }
+  throw BagSessionError(bag_path + ": has no message on " + topic);
+}
+
+struct BagSessionWriter::Implementation {
+  std::string path;
+  rosbag::Bag bag;
+
+  template <typename Message>
+  void write(const std::string& topic, const ros::Time& stamp, const Message& message) {
+    try {
+      bag.write(topic, stamp, message);
+    } catch (const std::exception& error) {
+      throw BagSessionError(path + ": cannot be written: " + error.what());
+    }
+  }
+};
+
+BagSessionWriter::BagSessionWriter(const std::string& path) : implementation_(std::make_unique<Implementation>()) {
+  implementation_->path = path;
+  try {
+    implementation_->bag.open(path, rosbag::bagmode::Write);
+    implementation_->bag.setCompression(rosbag::compression::LZ4);
+  } catch (const std::exception& error) {
+    throw BagSessionError(path + ": cannot be written: " + error.what());
+  }
+}
+
+BagSessionWriter::~BagSessionWriter() = default;
+
+void BagSessionWriter::writeViews(const std::vector<BagView>& views, const ros::Time& stamp) {
+  tf2_msgs::TFMessage message;
+  for (std::size_t i = 1; i < views.size(); ++i) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.stamp = stamp;
+    transform.header.frame_id = views[0].frame_id;
+    transform.child_frame_id = views[i].frame_id;
+    transform.transform = toTransform(views[i].T_view_first.inverse());
+    message.transforms.push_back(transform);
+  }
+  if (!message.transforms.empty()) implementation_->write("/tf_static", stamp, message);
+}
+
+void BagSessionWriter::writeImage(const BagView& view, const sensor_msgs::Image& image,
+                                  const sensor_msgs::CameraInfo& camera_info) {
+  implementation_->write(topicOf(view.name, "camera_info"), camera_info.header.stamp, camera_info);
+  implementation_->write(topicOf(view.name, "image_raw"), image.header.stamp, image);
+}
+
+void BagSessionWriter::writeGroundTruth(const BagView& view, const ros::Time& stamp,
+                                        const RigidTransform& T_camera_ct) {
+  geometry_msgs::PoseStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = view.frame_id;
+  message.pose = toPose(T_camera_ct);
+  implementation_->write(topicOf(view.name, "ground_truth"), stamp, message);
+}
+
+void BagSessionWriter::close() {
+  try {
+    implementation_->bag.close();
+  } catch (const std::exception& error) {
+    throw BagSessionError(implementation_->path + ": cannot be written: " + error.what());
+  }
+}
+
+}  // namespace xray_registration

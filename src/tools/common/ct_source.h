@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "xray_registration/common/log.h"
+#include "xray_registration/volume/volume.h"
+
+namespace xray_registration::tools {
+
+/// A CT from a file or folder, or one of the project's phantoms.
+struct CtSource {
+  std::string path;         ///< Wins over the phantom.
+  std::string phantom;      ///< "head", "pelvis" or "cube".
+  double spacing_mm = 1.0;  ///< Of the phantom.
+};
+
+/// @throws ArgumentError for an unknown phantom, a spacing out of range, or when nothing is named.
+/// @throws VolumeError when the CT cannot be read.
+Volume loadCt(const CtSource& source, const Logger& logger);
+
+}  // namespace xray_registration::tools

@@ -1,0 +1,103 @@
+#include "tools/common/image_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+namespace xray_registration::tools {
+namespace {
+
+void writePng(const std::string& path, const cv::Mat& image) {
+  bool written = false;
+  try {
+    written = cv::imwrite(path, image);
+  } catch (const cv::Exception& error) {
+    throw std::runtime_error(path + ": cannot be written: " + error.what());
+  }
+  if (!written) throw std::runtime_error(path + ": cannot be written");
+}
+
+cv::Mat matOf(const FloatImage& image) {
+  cv::Mat mat(image.height, image.width, CV_32F);
+  std::copy(image.pixels.begin(), image.pixels.end(), mat.ptr<float>());
+  return mat;
+}
+
+cv::Mat eightBits(const FloatImage& image, double low, double high) {
+  const double scale = high == low ? 0.0 : 255.0 / (high - low);
+  cv::Mat grey;
+  matOf(image).convertTo(grey, CV_8U, scale, -low * scale);
+  return grey;
+}
+
+/// Grey values between which all but the darkest and brightest hundredth lie, so that single pixels decide nothing.
+std::pair<double, double> displayRange(const FloatImage& image) {
+  std::vector<float> values = image.pixels;
+  if (values.empty()) throw std::runtime_error("an image without pixels cannot be written");
+  const auto quantile = [&values](double share) {
+    const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), nth, values.end());
+    return static_cast<double>(*nth);
+  };
+  return {quantile(0.005), quantile(0.995)};
+}
+
+}  // namespace
+
+void writeGreyPng(const std::string& path, const FloatImage& image, double low, double high) {
+  writePng(path, eightBits(image, low, high));
+}
+
+void writeGreyPng(const std::string& path, const FloatImage& image) {
+  const auto [low, high] = displayRange(image);
+  writePng(path, eightBits(image, low, high));
+}
+
+void writeMha(const std::string& path, const FloatImage& image) {
+  std::ofstream stream(path, std::ios::binary);
+  stream << "ObjectType = Image\nNDims = 2\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+         << "DimSize = " << image.width << ' ' << image.height << "\nElementSpacing = 1 1\n"
+         << "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
+  stream.write(reinterpret_cast<const char*>(image.pixels.data()),
+               static_cast<std::streamsize>(image.pixels.size() * sizeof(float)));
+  if (!stream.flush()) throw std::runtime_error(path + ": cannot be written");
+}
+
+ColourImage edgesOver(const FloatImage& xray, const FloatImage& drr) {
+  if (xray.width != drr.width || xray.height != drr.height) {
+    throw std::runtime_error("the X-ray and the DRR of an overlay differ in size");
+  }
+  const auto [low, high] = displayRange(xray);
+  const cv::Mat grey = eightBits(xray, low, high);
+  const auto [drr_low, drr_high] = displayRange(drr);
+  cv::Mat smooth;
+  cv::GaussianBlur(eightBits(drr, drr_low, drr_high), smooth, cv::Size(0, 0), 1.0);
+  cv::Mat edges;
+  cv::Canny(smooth, edges, 20.0, 50.0);
+  ColourImage result{xray.width, xray.height, {}};
+  result.pixels.reserve(xray.pixels.size());
+  for (int v = 0; v < grey.rows; ++v) {
+    for (int u = 0; u < grey.cols; ++u) {
+      const auto value = grey.at<std::uint8_t>(v, u);
+      const bool edge = edges.at<std::uint8_t>(v, u) != 0;
+      result.pixels.push_back(edge ? std::array<std::uint8_t, 3>{255, 140, 0}
+                                   : std::array<std::uint8_t, 3>{value, value, value});
+    }
+  }
+  return result;
+}
+
+void writeColourPng(const std::string& path, const ColourImage& image) {
+  cv::Mat rgb(image.height, image.width, CV_8UC3);
+  std::memcpy(rgb.ptr(), image.pixels.data(), image.pixels.size() * 3);
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  writePng(path, bgr);
+}
+
+}  // namespace xray_registration::tools

@@ -1,0 +1,139 @@
+// A recorded session with known poses, from the exact projector.
+#include <sensor_msgs/image_encodings.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "tools/common/command_line.h"
+#include "tools/common/ct_source.h"
+#include "tools/common/pose_json.h"
+#include "tools/common/progress_bar.h"
+#include "tools/common/session_generator.h"
+#include "tools/common/session_messages.h"
+#include "xray_registration/ros/bag_session.h"
+
+namespace {
+
+using namespace xray_registration;
+using namespace xray_registration::tools;
+
+struct Arguments {
+  CtSource ct;
+  std::string output;
+  std::string json;
+  std::string views = "ap:0";
+  std::size_t frames = 40;
+  double rate_hz = 10.0;
+  double first_stamp_s = 1000.0;
+  SessionSetup setup;
+};
+
+void addOptions(CLI::App& app, Arguments& arguments) {
+  auto* ct = app.add_option("--ct", arguments.ct.path, "CT: NIfTI, NRRD, MetaImage or a DICOM folder")
+                 ->check(CLI::ExistingPath);
+  app.add_option("--phantom", arguments.ct.phantom, "one of the project's phantoms instead of a CT")
+      ->check(CLI::IsMember({"head", "pelvis", "cube"}))
+      ->excludes(ct);
+  app.add_option("--spacing", arguments.ct.spacing_mm, "voxels of the phantom, mm")->capture_default_str();
+  app.add_option("--output", arguments.output, "the bag to write")->required();
+  app.add_option("--json", arguments.json, "the true poses; default: beside the bag, with .json for .bag");
+  app.add_option("--views", arguments.views, "NAME:DEGREES,…; 0 is antero-posterior, 90 lateral")
+      ->capture_default_str();
+  app.add_option("--frames", arguments.frames, "number of frames")->check(CLI::Range(1, 100000))->capture_default_str();
+  app.add_option("--rate", arguments.rate_hz, "frames per second")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->capture_default_str();
+  app.add_option("--first-stamp", arguments.first_stamp_s, "stamp of the first frame, s")
+      ->check(CLI::Range(1.0, 4e9))
+      ->capture_default_str();
+}
+
+void addSetupOptions(CLI::App& app, SessionSetup& setup) {
+  const auto number = [&app](const char* name, auto& value, const char* text) {
+    app.add_option(name, value, text)->capture_default_str();
+  };
+  number("--seed", setup.seed, "of motion and noise");
+  number("--amplitude-mm", setup.amplitude_mm, "largest motion along each axis of the CT, mm");
+  number("--amplitude-deg", setup.amplitude_deg, "largest rotation about each axis of the CT, degrees");
+  number("--period", setup.period_s, "after so many seconds the motion repeats itself");
+  number("--size", setup.image_size, "pixels per side");
+  number("--detector-mm", setup.detector_mm, "side of the detector, mm");
+  number("--source-detector-mm", setup.source_detector_mm, "distance, mm");
+  number("--source-centre-mm", setup.source_centre_mm, "distance from the source to the CT's centre, mm");
+  number("--photons", setup.physics.photons_per_pixel, "of the open beam per pixel; 0 is without photon noise");
+  number("--readout-noise", setup.physics.readout_noise, "standard deviation, counts");
+  number("--scatter", setup.physics.scatter_fraction, "of the primary beam, as a blurred veil");
+  number("--gain", setup.physics.gain, "counts per photon");
+  number("--collimator-px", setup.physics.collimator_radius_px, "radius of a round collimator; 0 is open");
+  number("--water-attenuation", setup.attenuation.water_per_mm, "of water, 1/mm");
+  app.add_flag("--instrument", setup.instrument, "a metal rod and ball that do not move with the patient");
+}
+
+std::string jsonPath(const Arguments& arguments) {
+  if (!arguments.json.empty()) return arguments.json;
+  return std::filesystem::path(arguments.output).replace_extension(".json");
+}
+
+/// Stamps are whole microseconds, so that they survive any way of writing them.
+double frameTime(const Arguments& arguments, std::size_t frame) {
+  return std::round(1e6 * static_cast<double>(frame) / arguments.rate_hz) / 1e6;
+}
+
+nlohmann::json writeFrames(const Arguments& arguments, const SessionGenerator& generator, BagSessionWriter* bag) {
+  const auto views = bagViews(generator);
+  bag->writeViews(views, ros::Time(arguments.first_stamp_s));
+  nlohmann::json frames = nlohmann::json::array();
+  ProgressBar progress("rendering", arguments.frames);
+  for (std::size_t i = 0; i < arguments.frames; ++i) {
+    const double time_s = frameTime(arguments, i);
+    const ros::Time stamp(arguments.first_stamp_s + time_s);
+    nlohmann::json frame = {{"stamp", stamp.toSec()}};
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const RigidTransform T_camera_ct = generator.cameraFromCt(v, time_s);
+      const auto image = imageMessage(generator.xray(v, i, time_s), views[v].frame_id, stamp);
+      bag->writeImage(views[v], image, cameraInfoMessage(generator.camera(), views[v].frame_id, stamp));
+      bag->writeGroundTruth(views[v], stamp, T_camera_ct);
+      frame["views"][views[v].name] = {{"T_camera_ct", toJson(T_camera_ct)}};
+    }
+    frames.push_back(frame);
+    progress.advanceTo(i + 1);
+  }
+  return frames;
+}
+
+void run(const Arguments& arguments) {
+  requireWritableParent(arguments.output, "--output");
+  requireWritableParent(jsonPath(arguments), "--json");
+  if (std::filesystem::path(arguments.output).extension() != ".bag") {
+    throw ArgumentError("--output " + arguments.output + ": must end in .bag");
+  }
+  const Volume ct = loadCt(arguments.ct, standardErrorLogger("simulate_session", false));
+  const SessionGenerator generator(ct, arguments.setup);
+  BagSessionWriter bag(arguments.output);
+  const nlohmann::json frames = writeFrames(arguments, generator, &bag);
+  bag.close();
+  const Eigen::Vector3d& centre = generator.centreCt();
+  nlohmann::json description = {
+      {"ct", std::filesystem::path(ct.name).filename().string()},
+      {"centre_lps_mm", {centre.x(), centre.y(), centre.z()}},
+      {"convention", "T_camera_ct maps CT points (DICOM LPS, mm) into the X-ray optical frame"},
+      {"frames", frames}};
+  if (arguments.setup.views.size() > 1) description["T_view0_view1"] = toJson(generator.viewFromFirst(1).inverse());
+  writeJson(jsonPath(arguments), description);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app(
+      "Simulates a session: X-rays of a CT that moves smoothly, with its true poses. The same arguments give the "
+      "same images.",
+      "simulate_session");
+  addOptions(app, arguments);
+  addSetupOptions(app, arguments.setup);
+  return runTool(app, argc, argv, [&] {
+    arguments.setup.views = parseViews(arguments.views);
+    run(arguments);
+  });
+}
