@@ -1,0 +1,128 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "xray_registration/drr/device.h"
+#include "xray_registration/drr/resident_volume.h"
+#include "xray_registration/geometry/xray_camera.h"
+#include "xray_registration/image/image.h"
+
+namespace xray_registration {
+
+/// One X-ray on the device, full size (0) and halved again and again.
+struct ResidentXray {
+  struct Level {
+    XrayCamera camera;
+    cl::Buffer attenuation;
+    cl::Buffer weight;  ///< 0 … 1 per pixel; 0 leaves it out.
+    cl::Buffer used_tiles;
+    int tiles_x = 0;
+    int tiles_y = 0;
+    int tiles() const { return tiles_x * tiles_y; }
+  };
+  std::vector<Level> levels;
+  double deviation = 1.0;  ///< Standard deviation of the attenuation over the allowed pixels.
+};
+
+/// How tiles are joined into windows, and how windows count.
+struct WindowOptions {
+  int span = 2;                 ///< Tiles (of 8 pixels) along a window's side; windows overlap, one per tile. 0: one
+                                ///< window over the whole image, that is SSD with gain and offset eliminated.
+  double epsilon_value = 0.02;  ///< Deviation of the DRR below which a window counts as flat, line integral units.
+  double epsilon_xray = 0.02;   ///< The same for the X-ray.
+  double robust_scale2 = 1e6;   ///< Geman-McClure scale on 1 − correlation; large is no robustness.
+  double contrast_power = 0.0;  ///< Importance of a window: (variance of the X-ray)^power.
+};
+
+/// One evaluation of the objective E(ξ) = Σ windows importance · ρ(1 − correlation) at ξ = 0: value, exact gradient,
+/// Gauss-Newton matrix. The twist is about the given centre, in the view's camera axes.
+struct StepSums {
+  Matrix6d matrix = Matrix6d::Zero();
+  Twist gradient = Twist::Zero();
+  double cost = 0.0;
+  double weight = 0.0;           ///< Σ importance: cost / weight is a mean in 0 … 2.
+  double similarity = 0.0;       ///< Mean local normalised correlation over windows with CT content.
+  double inlier_fraction = 0.0;  ///< Share of that content in windows that the robust weight keeps.
+  double content = 0.0;          ///< Pixels with CT content.
+  bool finite() const;
+};
+
+/// The fast method's device side: Joseph's projector on packed voxels with the derivatives in the same march (P. M.
+/// Joseph, 1982), sums per tile, normal equations per window. Everything is summed in a fixed order: the same input
+/// gives the same bits on the same device. Not thread-safe. @throws DeviceError from every call.
+class Engine {
+ public:
+  explicit Engine(std::shared_ptr<Device> device);
+
+  void setVolume(const AttenuationVolume& volume);
+  bool hasVolume() const { return volume_ != nullptr; }
+  const ResidentVolume& volume() const { return *volume_; }
+  void releaseVolume() { volume_.reset(); }
+
+  /// Uploads an X-ray (weights 0 … 1 per pixel, the image's size) and halves it until a side is below 32 pixels.
+  ResidentXray upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight);
+
+  /// Objective and normal equations for many poses of one X-ray in one launch.
+  std::vector<StepSums> evaluate(const ResidentXray::Level& xray, int volume_level,
+                                 const std::vector<RigidTransform>& T_camera_ct, const WindowOptions& options);
+
+  /// Correlation of each window (span² tiles, row by row) of the last evaluate's first pose; −2 where a window was left
+  /// out.
+  std::vector<float> windowCorrelations();
+
+  /// Line integrals.
+  FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct);
+
+  /// The line integral image and its six derivatives by the twist about the CT's centre, for tests.
+  std::vector<FloatImage> renderWithDerivatives(const XrayCamera& camera, int volume_level,
+                                                const RigidTransform& T_camera_ct);
+
+  /// Work-items that share one ray: 1, 2 or 4. Zero lets the engine choose by the device's size.
+  void forceSplit(int split) { forced_split_ = split; }
+
+  /// Device time of the kernels of the last evaluate or render, ms, by the events' own clock.
+  struct KernelTimes {
+    double plan_ms = 0.0;
+    double march_ms = 0.0;
+    double windows_ms = 0.0;
+  };
+  KernelTimes lastKernelTimes() const;
+
+  Device& device() { return *device_; }
+
+ private:
+  struct Kernels {
+    cl::Program program;
+    cl::Kernel plan, render, render_derivatives, tile_sums, windows, halve_xray, used_tiles;
+  };
+  struct Scratch {
+    cl::Buffer buffer;
+    std::size_t bytes = 0;
+  };
+
+  Kernels& kernels(int split);
+  int chooseSplit(int groups) const;
+  cl::Buffer& scratch(Scratch* scratch, std::size_t bytes);
+  const ResidentLevel& level(int volume_level) const;
+  void uploadPoses(const ResidentLevel& level, const XrayCamera& camera, const std::vector<RigidTransform>& poses);
+  void planTiles(Kernels* k, const ResidentLevel& level, int tiles_x, int tiles, int poses,
+                 const cl::Buffer& used_tiles);
+  const cl::Buffer& allTiles(int tiles);
+  ResidentXray::Level newXrayLevel(const XrayCamera& camera);
+  void markUsedTiles(ResidentXray::Level* level);
+
+  std::shared_ptr<Device> device_;
+  std::unique_ptr<ResidentVolume> volume_;
+  std::map<int, Kernels> kernels_;
+  int forced_split_ = 0;
+  Scratch poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_;
+  int all_tiles_count_ = 0;
+  std::vector<float> pose_staging_;
+  std::vector<float> terms_staging_;
+  int last_windows_ = 0;
+  cl::Event plan_event_, march_event_, windows_event_;
+};
+
+}  // namespace xray_registration

@@ -1,0 +1,375 @@
+#include "xray_registration/drr/engine.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drr/pose_parameters.h"
+
+namespace xray_registration {
+
+namespace kernels {
+extern const char* const fast;
+}
+
+namespace {
+
+// Mirrors of fast.cl.
+constexpr int kTile = 8;
+constexpr int kRays = 64;
+constexpr int kSumStride = 48;
+constexpr int kTerms = 32;
+
+int tilesFor(int pixels) { return (pixels + kTile - 1) / kTile; }
+
+/// cl::Error → DeviceError with the step's name.
+template <typename Work>
+auto guarded(const Device& device, const char* what, Work&& work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const cl::Error& error) {
+    throw DeviceError(std::string(what) + " failed on '" + device.name() + "': " + error.what() + ", code " +
+                          std::to_string(error.err()),
+                      error.err());
+  }
+}
+
+StepSums stepSums(const double* terms) {
+  StepSums sums;
+  int term = 0;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) {
+      sums.matrix(i, j) = terms[term];
+      sums.matrix(j, i) = terms[term];
+      ++term;
+    }
+  }
+  for (int i = 0; i < 6; ++i) sums.gradient[i] = terms[21 + i];
+  sums.cost = terms[27];
+  sums.weight = terms[28];
+  sums.content = terms[31];
+  if (sums.content > 0.0) {
+    sums.similarity = terms[29] / sums.content;
+    sums.inlier_fraction = terms[30] / sums.content;
+  }
+  return sums;
+}
+
+double eventMs(const cl::Event& event) {
+  if (event() == nullptr) return 0.0;
+  return 1e-6 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                    event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+}
+
+}  // namespace
+
+bool StepSums::finite() const { return matrix.allFinite() && gradient.allFinite() && std::isfinite(cost); }
+
+Engine::Engine(std::shared_ptr<Device> device) : device_(std::move(device)) { kernels(1); }
+
+Engine::Kernels& Engine::kernels(int split) {
+  const auto found = kernels_.find(split);
+  if (found != kernels_.end()) return found->second;
+  return guarded(*device_, "compiling the kernels", [&]() -> Kernels& {
+    Kernels k;
+    k.program = device_->build(kernels::fast, "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DSPLIT=" +
+                                                  std::to_string(split));
+    k.plan = cl::Kernel(k.program, "plan");
+    k.render = cl::Kernel(k.program, "render");
+    k.render_derivatives = cl::Kernel(k.program, "render_derivatives");
+    k.tile_sums = cl::Kernel(k.program, "tile_sums");
+    k.windows = cl::Kernel(k.program, "windows");
+    k.halve_xray = cl::Kernel(k.program, "halve_xray");
+    k.used_tiles = cl::Kernel(k.program, "used_tiles");
+    return kernels_.emplace(split, std::move(k)).first->second;
+  });
+}
+
+int Engine::chooseSplit(int groups) const {
+  if (forced_split_ > 0) return forced_split_;
+  // A GPU hides latency with many groups per compute unit; few rays leave it idle unless each is shared.
+  if (device_->isGpu() && groups < 16 * device_->computeUnits()) return 4;
+  return 1;
+}
+
+cl::Buffer& Engine::scratch(Scratch* scratch, std::size_t bytes) {
+  if (scratch->bytes < bytes) {
+    scratch->buffer = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+    scratch->bytes = bytes;
+  }
+  return scratch->buffer;
+}
+
+const ResidentLevel& Engine::level(int volume_level) const {
+  return volume_->levels().at(static_cast<std::size_t>(volume_level));
+}
+
+void Engine::setVolume(const AttenuationVolume& volume) {
+  volume_.reset();
+  volume_ = std::make_unique<ResidentVolume>(device_.get(), volume);
+}
+
+ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera) {
+  ResidentXray::Level level;
+  level.camera = camera;
+  level.tiles_x = tilesFor(camera.width);
+  level.tiles_y = tilesFor(camera.height);
+  const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  level.attenuation = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+  level.weight = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+  level.used_tiles =
+      cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(cl_int) * static_cast<std::size_t>(level.tiles()));
+  return level;
+}
+
+void Engine::markUsedTiles(ResidentXray::Level* level) {
+  cl::Kernel& kernel = kernels(1).used_tiles;
+  kernel.setArg(0, level->weight);
+  kernel.setArg(1, level->camera.width);
+  kernel.setArg(2, level->camera.height);
+  kernel.setArg(3, level->tiles_x);
+  kernel.setArg(4, level->tiles());
+  kernel.setArg(5, level->used_tiles);
+  const std::size_t padded = static_cast<std::size_t>((level->tiles() + kRays - 1) / kRays * kRays);
+  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded), cl::NDRange(kRays));
+}
+
+ResidentXray Engine::upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) {
+  return guarded(*device_, "uploading the X-ray", [&] {
+    cl::CommandQueue& queue = device_->solveQueue();
+    ResidentXray xray;
+    double sum = 0.0;
+    double sum2 = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 0; i < attenuation.pixels.size(); ++i) {
+      const double w = weight.pixels[i] > 0.0F ? 1.0 : 0.0;
+      sum += w * attenuation.pixels[i];
+      sum2 += w * attenuation.pixels[i] * attenuation.pixels[i];
+      count += w;
+    }
+    if (count > 0.0) xray.deviation = std::sqrt(std::max(sum2 / count - sum * sum / (count * count), 1e-12));
+
+    ResidentXray::Level finest = newXrayLevel(camera);
+    const std::size_t bytes = sizeof(float) * attenuation.pixels.size();
+    queue.enqueueWriteBuffer(finest.attenuation, CL_FALSE, 0, bytes, attenuation.pixels.data());
+    queue.enqueueWriteBuffer(finest.weight, CL_FALSE, 0, bytes, weight.pixels.data());
+    markUsedTiles(&finest);
+    xray.levels.push_back(finest);
+    while (std::min(xray.levels.back().camera.width, xray.levels.back().camera.height) >= 64) {
+      const ResidentXray::Level fine = xray.levels.back();
+      ResidentXray::Level half = newXrayLevel(fine.camera.binned(2));
+      cl::Kernel& kernel = kernels(1).halve_xray;
+      kernel.setArg(0, fine.attenuation);
+      kernel.setArg(1, fine.weight);
+      kernel.setArg(2, fine.camera.width);
+      kernel.setArg(3, fine.camera.height);
+      kernel.setArg(4, half.camera.width);
+      kernel.setArg(5, half.camera.height);
+      kernel.setArg(6, half.attenuation);
+      kernel.setArg(7, half.weight);
+      const int pixels = half.camera.width * half.camera.height;
+      queue.enqueueNDRangeKernel(kernel, cl::NullRange,
+                                 cl::NDRange(static_cast<std::size_t>((pixels + kRays - 1) / kRays * kRays)),
+                                 cl::NDRange(kRays));
+      markUsedTiles(&half);
+      xray.levels.push_back(half);
+    }
+    queue.finish();  // The host images may go away.
+    return xray;
+  });
+}
+
+void Engine::uploadPoses(const ResidentLevel& level, const XrayCamera& camera,
+                         const std::vector<RigidTransform>& poses) {
+  pose_staging_.resize(poses.size() * kPoseStride);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const PoseParameters parameters =
+        poseParameters(level, camera, poses[i], poses[i] * volume_->centreCt());
+    std::copy(parameters.begin(), parameters.end(), pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * kPoseStride));
+  }
+  device_->solveQueue().enqueueWriteBuffer(scratch(&poses_, sizeof(float) * pose_staging_.size()), CL_FALSE, 0,
+                                           sizeof(float) * pose_staging_.size(), pose_staging_.data());
+}
+
+const cl::Buffer& Engine::allTiles(int tiles) {
+  if (tiles > all_tiles_count_) {
+    const std::vector<cl_int> ones(static_cast<std::size_t>(tiles), 1);
+    device_->solveQueue().enqueueWriteBuffer(scratch(&all_tiles_, sizeof(cl_int) * ones.size()), CL_TRUE, 0,
+                                             sizeof(cl_int) * ones.size(), ones.data());
+    all_tiles_count_ = tiles;
+  }
+  return all_tiles_.buffer;
+}
+
+void Engine::planTiles(Kernels* k, const ResidentLevel& level, int tiles_x, int tiles, int poses,
+                       const cl::Buffer& used_tiles) {
+  const std::size_t groups = static_cast<std::size_t>(tiles) * static_cast<std::size_t>(poses);
+  cl::Kernel& kernel = k->plan;
+  kernel.setArg(0, level.occupancy);
+  kernel.setArg(1, level.grid);
+  kernel.setArg(2, poses_.buffer);
+  kernel.setArg(3, tiles_x);
+  kernel.setArg(4, tiles);
+  kernel.setArg(5, 0);
+  kernel.setArg(6, used_tiles);
+  kernel.setArg(7, scratch(&plans_, groups * sizeof(cl_int4)));
+  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kRays), cl::NDRange(kRays),
+                                             nullptr, &plan_event_);
+}
+
+std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volume_level,
+                                       const std::vector<RigidTransform>& T_camera_ct, const WindowOptions& options) {
+  return guarded(*device_, "a Gauss-Newton step", [&] {
+    cl::CommandQueue& queue = device_->solveQueue();
+    const ResidentLevel& ct = level(volume_level);
+    const int poses = static_cast<int>(T_camera_ct.size());
+    const int tiles = xray.tiles();
+    const std::size_t groups = static_cast<std::size_t>(tiles) * static_cast<std::size_t>(poses);
+    const int split = chooseSplit(static_cast<int>(groups));
+    Kernels& k = kernels(split);
+
+    uploadPoses(ct, xray.camera, T_camera_ct);
+    planTiles(&kernels(1), ct, xray.tiles_x, tiles, poses, xray.used_tiles);
+    k.tile_sums.setArg(0, ct.words);
+    k.tile_sums.setArg(1, ct.grid);
+    k.tile_sums.setArg(2, poses_.buffer);
+    k.tile_sums.setArg(3, plans_.buffer);
+    k.tile_sums.setArg(4, xray.tiles_x);
+    k.tile_sums.setArg(5, tiles);
+    k.tile_sums.setArg(6, xray.camera.width);
+    k.tile_sums.setArg(7, xray.camera.height);
+    k.tile_sums.setArg(8, xray.attenuation);
+    k.tile_sums.setArg(9, xray.weight);
+    k.tile_sums.setArg(10, scratch(&sums_, groups * kSumStride * sizeof(float)));
+    const std::size_t group_size = static_cast<std::size_t>(kRays * split);
+    queue.enqueueNDRangeKernel(k.tile_sums, cl::NullRange, cl::NDRange(groups * group_size), cl::NDRange(group_size),
+                               nullptr, &march_event_);
+
+    // A window never has more tiles than the image; span 0 is one window of everything.
+    const int span_x = options.span == 0 ? xray.tiles_x : std::min(options.span, xray.tiles_x);
+    const int span_y = options.span == 0 ? xray.tiles_y : std::min(options.span, xray.tiles_y);
+    const int windows_x = xray.tiles_x - span_x + 1;
+    const int windows_y = xray.tiles_y - span_y + 1;
+    const int window_groups = (windows_x * windows_y + kRays - 1) / kRays;
+    last_windows_ = windows_x * windows_y;
+    const std::size_t term_count =
+        static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kTerms;
+    cl::Kernel& w = kernels(1).windows;
+    w.setArg(0, sums_.buffer);
+    w.setArg(1, xray.tiles_x);
+    w.setArg(2, xray.tiles_y);
+    w.setArg(3, span_x);
+    w.setArg(4, span_y);
+    w.setArg(5, windows_x);
+    w.setArg(6, windows_y);
+    w.setArg(7, window_groups);
+    w.setArg(8, static_cast<float>(options.epsilon_value * options.epsilon_value));
+    w.setArg(9, static_cast<float>(options.epsilon_xray * options.epsilon_xray));
+    w.setArg(10, static_cast<float>(options.robust_scale2));
+    w.setArg(11, static_cast<float>(options.contrast_power));
+    // A window with less than a quarter of its pixels has no reliable mean.
+    w.setArg(12, options.span == 0 ? 64.0F : 0.25F * static_cast<float>(span_x * span_y * kTile * kTile));
+    w.setArg(13, scratch(&correlations_, sizeof(float) * static_cast<std::size_t>(last_windows_) *
+                                             static_cast<std::size_t>(poses)));
+    w.setArg(14, scratch(&terms_, sizeof(float) * term_count));
+    const std::size_t window_items =
+        static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kRays;
+    queue.enqueueNDRangeKernel(w, cl::NullRange, cl::NDRange(window_items), cl::NDRange(kRays), nullptr,
+                               &windows_event_);
+
+    terms_staging_.resize(term_count);
+    queue.enqueueReadBuffer(terms_.buffer, CL_TRUE, 0, sizeof(float) * term_count, terms_staging_.data());
+
+    std::vector<StepSums> results;
+    results.reserve(T_camera_ct.size());
+    for (int pose = 0; pose < poses; ++pose) {
+      double terms[kTerms] = {};
+      for (int group = 0; group < window_groups; ++group) {
+        const float* part = terms_staging_.data() + static_cast<std::ptrdiff_t>(pose * window_groups + group) * kTerms;
+        for (int i = 0; i < kTerms; ++i) terms[i] += part[i];
+      }
+      results.push_back(stepSums(terms));
+    }
+    return results;
+  });
+}
+
+std::vector<float> Engine::windowCorrelations() {
+  return guarded(*device_, "reading the windows", [&] {
+    std::vector<float> correlations(static_cast<std::size_t>(last_windows_));
+    device_->solveQueue().enqueueReadBuffer(correlations_.buffer, CL_TRUE, 0, sizeof(float) * correlations.size(),
+                                            correlations.data());
+    return correlations;
+  });
+}
+
+FloatImage Engine::render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) {
+  return guarded(*device_, "rendering a DRR", [&] {
+    cl::CommandQueue& queue = device_->solveQueue();
+    const ResidentLevel& ct = level(volume_level);
+    const int tiles_x = tilesFor(camera.width);
+    const int tiles = tiles_x * tilesFor(camera.height);
+    const int split = chooseSplit(tiles);
+    Kernels& k = kernels(split);
+    const cl::Buffer& all_tiles = allTiles(tiles);
+    uploadPoses(ct, camera, {T_camera_ct});
+    planTiles(&kernels(1), ct, tiles_x, tiles, 1, all_tiles);
+    FloatImage image(camera.width, camera.height);
+    k.render.setArg(0, ct.words);
+    k.render.setArg(1, ct.grid);
+    k.render.setArg(2, poses_.buffer);
+    k.render.setArg(3, plans_.buffer);
+    k.render.setArg(4, tiles_x);
+    k.render.setArg(5, tiles);
+    k.render.setArg(6, camera.width);
+    k.render.setArg(7, camera.height);
+    k.render.setArg(8, scratch(&image_, sizeof(float) * image.pixels.size()));
+    const std::size_t group_size = static_cast<std::size_t>(kRays * split);
+    queue.enqueueNDRangeKernel(k.render, cl::NullRange, cl::NDRange(static_cast<std::size_t>(tiles) * group_size),
+                               cl::NDRange(group_size), nullptr, &march_event_);
+    queue.enqueueReadBuffer(image_.buffer, CL_TRUE, 0, sizeof(float) * image.pixels.size(), image.pixels.data());
+    return image;
+  });
+}
+
+std::vector<FloatImage> Engine::renderWithDerivatives(const XrayCamera& camera, int volume_level,
+                                                      const RigidTransform& T_camera_ct) {
+  return guarded(*device_, "rendering derivatives", [&] {
+    cl::CommandQueue& queue = device_->solveQueue();
+    const ResidentLevel& ct = level(volume_level);
+    const int tiles_x = tilesFor(camera.width);
+    const int tiles = tiles_x * tilesFor(camera.height);
+    const int split = chooseSplit(tiles);
+    Kernels& k = kernels(split);
+    const cl::Buffer& all_tiles = allTiles(tiles);
+    uploadPoses(ct, camera, {T_camera_ct});
+    planTiles(&kernels(1), ct, tiles_x, tiles, 1, all_tiles);
+    const std::size_t pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+    k.render_derivatives.setArg(0, ct.words);
+    k.render_derivatives.setArg(1, ct.grid);
+    k.render_derivatives.setArg(2, poses_.buffer);
+    k.render_derivatives.setArg(3, plans_.buffer);
+    k.render_derivatives.setArg(4, tiles_x);
+    k.render_derivatives.setArg(5, tiles);
+    k.render_derivatives.setArg(6, camera.width);
+    k.render_derivatives.setArg(7, camera.height);
+    k.render_derivatives.setArg(8, scratch(&image_, 7 * sizeof(float) * pixels));
+    const std::size_t group_size = static_cast<std::size_t>(kRays * split);
+    queue.enqueueNDRangeKernel(k.render_derivatives, cl::NullRange,
+                               cl::NDRange(static_cast<std::size_t>(tiles) * group_size), cl::NDRange(group_size),
+                               nullptr, &march_event_);
+    std::vector<FloatImage> images;
+    for (std::size_t i = 0; i < 7; ++i) {
+      FloatImage image(camera.width, camera.height);
+      queue.enqueueReadBuffer(image_.buffer, CL_TRUE, i * sizeof(float) * pixels, sizeof(float) * pixels,
+                              image.pixels.data());
+      images.push_back(std::move(image));
+    }
+    return images;
+  });
+}
+
+Engine::KernelTimes Engine::lastKernelTimes() const {
+  return {eventMs(plan_event_), eventMs(march_event_), eventMs(windows_event_)};
+}
+
+}  // namespace xray_registration

@@ -1,0 +1,72 @@
+#include "drr/pose_parameters.h"
+
+namespace xray_registration {
+namespace {
+
+// Offsets; fast.cl has the same.
+constexpr int kDirection = 0;
+constexpr int kCross = 9;
+constexpr int kRotation = 18;
+constexpr int kSource = 27;
+constexpr int kSourceDerivative = 30;
+constexpr int kScale = 48;
+constexpr int kIntrinsics = 49;
+constexpr int kMiddle = 53;
+
+void store(const Eigen::Matrix3d& matrix, int offset, PoseParameters* parameters) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      (*parameters)[static_cast<std::size_t>(offset + 3 * row + column)] = static_cast<float>(matrix(row, column));
+    }
+  }
+}
+
+void store(const Eigen::Vector3d& vector, int offset, PoseParameters* parameters) {
+  for (int i = 0; i < 3; ++i) (*parameters)[static_cast<std::size_t>(offset + i)] = static_cast<float>(vector[i]);
+}
+
+}  // namespace
+
+PoseParameters poseParameters(const ResidentLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct,
+                              const Eigen::Vector3d& centre_camera_mm) {
+  PoseParameters parameters{};
+  // G carries camera millimetres to voxel steps.
+  const Eigen::Matrix3d G = level.index_from_ct.linear() * T_camera_ct.linear().transpose();
+  const double mid_u = 0.5 * (camera.width - 1);
+  const double mid_v = 0.5 * (camera.height - 1);
+  Eigen::Matrix3d camera_from_pixel = Eigen::Matrix3d::Zero();
+  camera_from_pixel(0, 0) = 1.0 / camera.fx;
+  camera_from_pixel(0, 2) = (mid_u - camera.cx) / camera.fx;
+  camera_from_pixel(1, 1) = 1.0 / camera.fy;
+  camera_from_pixel(1, 2) = (mid_v - camera.cy) / camera.fy;
+  camera_from_pixel(2, 2) = 1.0;
+  const Eigen::Matrix3d direction = G * camera_from_pixel;
+
+  const Eigen::Vector3d box_centre(level.grid.centre[0], level.grid.centre[1], level.grid.centre[2]);
+  const Eigen::Vector3d source =
+      level.index_from_ct * (T_camera_ct.inverse().translation()).eval() - box_centre;
+  Eigen::Matrix3d cross;
+  for (int column = 0; column < 3; ++column) cross.col(column) = source.cross(direction.col(column));
+
+  store(direction, kDirection, &parameters);
+  store(cross, kCross, &parameters);
+  store(G, kRotation, &parameters);
+  store(source, kSource, &parameters);
+  // Source in the CT frame: -R'ᵀ t' with R' = exp(ω) R, t' = exp(ω)(t - c) + c + v. At zero its derivative is
+  // Rᵀ(e_i × c) by ω_i and -Rᵀ e_i by v_i.
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d axis = Eigen::Vector3d::Unit(i);
+    store(Eigen::Vector3d(-G * axis), kSourceDerivative + 3 * i, &parameters);
+    store(Eigen::Vector3d(G * axis.cross(centre_camera_mm)), kSourceDerivative + 9 + 3 * i, &parameters);
+  }
+  parameters[kScale] = level.scale_per_mm;
+  parameters[kIntrinsics] = static_cast<float>(1.0 / camera.fx);
+  parameters[kIntrinsics + 1] = static_cast<float>(1.0 / camera.fy);
+  parameters[kIntrinsics + 2] = static_cast<float>(camera.cx - mid_u);
+  parameters[kIntrinsics + 3] = static_cast<float>(camera.cy - mid_v);
+  parameters[kMiddle] = static_cast<float>(mid_u);
+  parameters[kMiddle + 1] = static_cast<float>(mid_v);
+  return parameters;
+}
+
+}  // namespace xray_registration

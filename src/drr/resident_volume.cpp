@@ -1,0 +1,168 @@
+#include "xray_registration/drr/resident_volume.h"
+
+#include <cmath>
+
+#include <algorithm>
+#include <string>
+
+#include "xray_registration/volume/volume_pyramid.h"
+
+namespace xray_registration {
+namespace {
+
+constexpr int kPadding = 2;  ///< Layers of air around the box; fast.cl's clamp relies on two.
+constexpr int kBrick = 8;
+
+struct Box {
+  Eigen::Vector3i low;
+  Eigen::Vector3i size;
+};
+
+/// Smallest box that holds every non-air voxel; a volume of air keeps one voxel.
+Box tissueBox(const AttenuationVolume& volume) {
+  const Eigen::Vector3i n = volume.grid.size;
+  Eigen::Vector3i low = n;
+  Eigen::Vector3i high = Eigen::Vector3i::Constant(-1);
+  std::size_t row_start = 0;
+  for (int z = 0; z < n.z(); ++z) {
+    for (int y = 0; y < n.y(); ++y, row_start += static_cast<std::size_t>(n.x())) {
+      const std::uint16_t* row = volume.values.data() + row_start;
+      const std::uint16_t* end = row + n.x();
+      const std::uint16_t* first = std::find_if(row, end, [](std::uint16_t v) { return v != 0; });
+      if (first == end) continue;
+      const std::uint16_t* last = end - 1;
+      while (*last == 0) --last;
+      low = low.cwiseMin(Eigen::Vector3i(static_cast<int>(first - row), y, z));
+      high = high.cwiseMax(Eigen::Vector3i(static_cast<int>(last - row), y, z));
+    }
+  }
+  if ((high.array() < 0).any()) return {Eigen::Vector3i::Zero(), Eigen::Vector3i::Ones()};
+  return {low, high - low + Eigen::Vector3i::Ones()};
+}
+
+/// Writes the packed words of the padded box.
+void packWords(const AttenuationVolume& volume, const Box& box, const Eigen::Vector3i& padded, cl_uint* words) {
+  const Eigen::Vector3i n = volume.grid.size;
+  const auto voxel_row = [&](int y, int z) -> const std::uint16_t* {
+    const int vy = y - kPadding;
+    const int vz = z - kPadding;
+    if (vy < 0 || vy >= box.size.y() || vz < 0 || vz >= box.size.z()) return nullptr;
+    const std::size_t row = static_cast<std::size_t>(vz + box.low.z()) * static_cast<std::size_t>(n.y()) +
+                            static_cast<std::size_t>(vy + box.low.y());
+    return volume.values.data() + row * static_cast<std::size_t>(n.x()) + box.low.x();
+  };
+  for (int z = 0; z < padded.z(); ++z) {
+    for (int y = 0; y < padded.y(); ++y, words += padded.x()) {
+      std::fill(words, words + padded.x(), 0U);
+      const std::uint16_t* near = voxel_row(y, z);
+      const std::uint16_t* far = voxel_row(y, z + 1);
+      for (int x = 0; x < box.size.x() && (near != nullptr || far != nullptr); ++x) {
+        const cl_uint low = near != nullptr ? near[x] : 0U;
+        const cl_uint high = far != nullptr ? far[x] : 0U;
+        words[x + kPadding] = low | (high << 16U);
+      }
+    }
+  }
+}
+
+/// A brick counts as occupied when a sample whose cell starts in it can touch tissue.
+std::vector<cl_uchar> occupancyOf(const cl_uint* words, const Eigen::Vector3i& padded, const Eigen::Vector3i& bricks) {
+  std::vector<cl_uchar> occupied(static_cast<std::size_t>(bricks.prod()), 0);
+  const auto mark = [&](int x, int y, int z) {
+    // The voxel is touched from its own cell and from the one below it on each axis.
+    for (int dz = 0; dz < 2; ++dz) {
+      for (int dy = 0; dy < 2; ++dy) {
+        for (int dx = 0; dx < 2; ++dx) {
+          const int bx = (x - dx) / kBrick;
+          const int by = (y - dy) / kBrick;
+          const int bz = (z - dz) / kBrick;
+          occupied[static_cast<std::size_t>((bz * bricks.y() + by) * bricks.x() + bx)] = 1;
+        }
+      }
+    }
+  };
+  for (int z = kPadding; z < padded.z() - kPadding; ++z) {
+    for (int y = kPadding; y < padded.y() - kPadding; ++y) {
+      const cl_uint* row = words + (static_cast<std::size_t>(z) * static_cast<std::size_t>(padded.y()) +
+                                    static_cast<std::size_t>(y)) *
+                                       static_cast<std::size_t>(padded.x());
+      for (int x = kPadding; x < padded.x() - kPadding; ++x) {
+        if ((row[x] & 0xffffU) == 0U) continue;
+        mark(x, y, z);
+        // The rest of a run of tissue inside the same brick marks nothing new.
+        while (x + 1 < padded.x() - kPadding && (x + 1) % kBrick > 1 && (row[x + 1] & 0xffffU) != 0U) ++x;
+      }
+    }
+  }
+  return occupied;
+}
+
+ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume) {
+  const Box box = tissueBox(volume);
+  const Eigen::Vector3i padded = box.size + Eigen::Vector3i::Constant(2 * kPadding);
+  const Eigen::Vector3i bricks = (padded + Eigen::Vector3i::Constant(kBrick - 1)) / kBrick;
+  const std::size_t word_count = static_cast<std::size_t>(padded.x()) * static_cast<std::size_t>(padded.y()) *
+                                 static_cast<std::size_t>(padded.z());
+  ResidentLevel level;
+  level.bytes = word_count * sizeof(cl_uint);
+  if (level.bytes > device->maxAllocationBytes()) {
+    throw DeviceError("the CT needs " + std::to_string(level.bytes >> 20U) + " MiB in one buffer, but '" +
+                          device->name() + "' admits " + std::to_string(device->maxAllocationBytes() >> 20U) +
+                          " MiB; resample the CT to larger voxels",
+                      0);
+  }
+  level.words = cl::Buffer(device->context(), CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR, level.bytes);
+  auto* words = static_cast<cl_uint*>(
+      device->uploadQueue().enqueueMapBuffer(level.words, CL_TRUE, CL_MAP_WRITE, 0, level.bytes));
+  packWords(volume, box, padded, words);
+  const std::vector<cl_uchar> occupied = occupancyOf(words, padded, bricks);
+  device->uploadQueue().enqueueUnmapMemObject(level.words, words);
+  level.occupancy = cl::Buffer(device->context(), CL_MEM_READ_ONLY, occupied.size());
+  device->uploadQueue().enqueueWriteBuffer(level.occupancy, CL_TRUE, 0, occupied.size(), occupied.data());
+  device->uploadQueue().finish();
+  level.bytes += occupied.size();
+
+  for (int axis = 0; axis < 3; ++axis) {
+    level.grid.size[axis] = padded[axis];
+    level.grid.bricks[axis] = bricks[axis];
+    level.grid.centre[axis] = 0.5F * static_cast<float>(padded[axis] - 1);
+  }
+  Eigen::Affine3d padded_from_index = Eigen::Affine3d::Identity();
+  padded_from_index.translation() = (Eigen::Vector3i::Constant(kPadding) - box.low).cast<double>();
+  level.index_from_ct = padded_from_index * volume.grid.ctFromIndex().inverse();
+  level.scale_per_mm = volume.scale_per_mm;
+  level.spacing_mm = std::cbrt(volume.grid.spacing_mm.prod());
+  return level;
+}
+
+}  // namespace
+
+ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume) {
+  centre_ct_ = anatomicalCentreCt(volume);
+  try {
+    const std::vector<AttenuationVolume> pyramid = buildPyramid(volume);
+    for (const AttenuationVolume& level : pyramid) levels_.push_back(makeLevel(device, level));
+  } catch (const cl::Error& error) {
+    throw DeviceError("the CT cannot be placed on '" + device->name() + "': " + error.what() + " failed with code " +
+                          std::to_string(error.err()),
+                      error.err());
+  }
+  const Box box = tissueBox(volume);
+  radius_mm_ = 0.5 * (box.size.cast<double>().cwiseProduct(volume.grid.spacing_mm)).norm();
+}
+
+int ResidentVolume::levelFor(double pixel_mm) const {
+  int chosen = 0;
+  for (int level = 0; level < static_cast<int>(levels_.size()); ++level) {
+    if (levels_[static_cast<std::size_t>(level)].spacing_mm <= 1.25 * pixel_mm) chosen = level;
+  }
+  return chosen;
+}
+
+std::size_t ResidentVolume::bytes() const {
+  std::size_t total = 0;
+  for (const ResidentLevel& level : levels_) total += level.bytes;
+  return total;
+}
+
+}  // namespace xray_registration
