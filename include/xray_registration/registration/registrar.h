@@ -6,6 +6,7 @@
 
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/image.h"
+#include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/volume/attenuation.h"
 
 namespace xray_registration {
@@ -55,6 +56,9 @@ class Registrar {
 
   /// The point in the CT frame that errors and updates are expressed about, mm.
   virtual Eigen::Vector3d centreCt() const = 0;
+
+  /// Takes new thresholds and tuning from the next frame on. False: this implementation has to be made anew for that.
+  virtual bool setOptions(const RegistrarOptions& /*options*/) { return false; }
 
   virtual std::string deviceName() const = 0;
   virtual std::size_t deviceBytes() const = 0;

@@ -42,6 +42,9 @@ class Tracker {
   RegistrationResult process(Registrar* registrar, const std::vector<ViewInput>& views, double stamp_s,
                              const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt);
 
+  /// New bounds from the next frame on; the history is kept.
+  void setOptions(const TrackerOptions& options) { options_ = options; }
+
   TrackingState state() const { return state_; }
   int refusedInARow() const { return refused_in_a_row_; }
 

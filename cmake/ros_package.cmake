@@ -1,0 +1,25 @@
+# The ROS side of the package: catkin's output folders (build/devel in a plain checkout), messages, parameters, exports.
+# Debian's Python and its rospy: another interpreter may stand first in PATH.
+if(NOT PYTHON_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(PYTHON_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The interpreter that has rospy")
+endif()
+# catkin would otherwise look for its own copy of googletest; the tests of this package find theirs themselves.
+set(CATKIN_ENABLE_TESTING ${XRAY_REGISTRATION_TESTS} CACHE BOOL "catkin's test targets")
+
+set(xray_catkin_components
+  actionlib actionlib_msgs diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
+  message_filters nodelet pluginlib rosbag roscpp sensor_msgs std_msgs std_srvs tf2 tf2_geometry_msgs tf2_msgs tf2_ros
+  visualization_msgs)
+find_package(catkin REQUIRED COMPONENTS message_generation ${xray_catkin_components})
+find_package(yaml-cpp REQUIRED)
+
+add_message_files(DIRECTORY msg FILES RegistrationStatus.msg)
+add_service_files(DIRECTORY srv FILES LoadCt.srv RegisterLandmarks.srv SetInitialPose.srv)
+add_action_files(DIRECTORY action FILES Localize.action)
+generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs std_msgs)
+generate_dynamic_reconfigure_options(cfg/Accept.cfg cfg/Solver.cfg cfg/Tracking.cfg)
+
+catkin_package(
+  INCLUDE_DIRS include
+  LIBRARIES xray_registration_core xray_registration_ros
+  CATKIN_DEPENDS message_runtime ${xray_catkin_components})

@@ -1,0 +1,1 @@
+# Tests of the ROS side; filled below as they are written.

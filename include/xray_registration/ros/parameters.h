@@ -1,0 +1,111 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "xray_registration/common/log.h"
+#include "xray_registration/image/mask.h"
+#include "xray_registration/image/xray_frame.h"
+#include "xray_registration/registration/registrar_options.h"
+#include "xray_registration/registration/tracker.h"
+#include "xray_registration/volume/attenuation.h"
+#include "xray_registration/volume/volume_io.h"
+
+namespace ros {
+class NodeHandle;
+}
+namespace YAML {
+class Node;
+}
+
+namespace xray_registration {
+
+/// A parameter that cannot be used; the message names it, its value, and what is allowed.
+class ParameterError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+enum class Mode {
+  kTrack,     ///< Every frame is registered.
+  kOnDemand,  ///< One frame is registered for each given pose and each ~register_once.
+};
+
+/// ct/…
+struct CtParameters {
+  std::string path;        ///< Empty: the node waits for ~load_ct; tools take theirs from --ct.
+  VolumeReadOptions read;  ///< ct/series_uid, ct/directory
+  AttenuationModel model;  ///< ct/water_attenuation (1/mm), ct/threshold_hu
+  std::string mask;        ///< Label image; empty: the whole CT is registered.
+  int label = 1;
+  double surface_threshold_hu = 250.0;  ///< ~ct_surface: what counts as bone.
+  int surface_triangles = 60000;        ///< ~ct_surface: at most so many; 0 makes none.
+};
+
+/// image/…
+struct ImageParameters {
+  LinearizeOptions linearize;                ///< image/kind, image/open_field
+  MaskOptions find;                          ///< image/find_collimator, image/find_letters, image/find_metal
+  double max_value = 0.0;                    ///< Largest value of the detector; 0 takes it from the encoding.
+  std::string mask;                          ///< 8-bit image, non-zero = use; for all views.
+  std::map<std::string, std::string> masks;  ///< image/masks/<view>: the same for one view.
+};
+
+/// frames/…, publish_tf, invert_tf
+struct FrameParameters {
+  std::string ct = "ct";
+  std::string fixed;  ///< Set: tf goes from here to the CT, and the camera's own motion is taken from tf.
+  bool publish_tf = true;
+  bool invert_tf = false;      ///< The CT becomes the parent.
+  double tf_timeout_s = 0.05;  ///< How long a frame waits for its transforms.
+};
+
+/// sync/…
+struct SyncParameters {
+  double tolerance_s = 0.02;        ///< Largest difference of stamps between the views of one frame.
+  bool allow_missing_view = false;  ///< Register with the views that are there.
+};
+
+/// Everything that node, register_bag and evaluate can be told; one YAML file serves all of them. Defaults are the
+/// members' initial values.
+struct NodeParameters {
+  CtParameters ct;
+  ImageParameters image;
+  FrameParameters frames;
+  SyncParameters sync;
+  std::vector<std::string> views;  ///< Empty: one view, topics without a prefix.
+  std::string device = "auto";
+  RegistrarOptions registrar;  ///< method, accept/…, solver/…, paper/…
+  TrackerOptions tracker;      ///< tracking/…
+  Mode mode = Mode::kTrack;
+  std::optional<RigidTransform> initial_pose;  ///< T_camera_ct of the first view, mm.
+  std::string initial_pose_frame;              ///< Frame of initial_pose; empty: the first view's optical frame.
+  std::string drr_encoding = "mono8";
+  std::string image_transport = "raw";
+
+  /// Names to go with the views' order; one empty name when there are no views.
+  std::vector<std::string> viewNames() const { return views.empty() ? std::vector<std::string>{""} : views; }
+};
+
+/// Reads what is below the node's private name.
+/// @throws ParameterError for a wrong type, a value out of range, or an unknown name below a known group; an unknown
+/// name beside the groups is only warned of, since other libraries keep their parameters there too.
+NodeParameters loadParameters(const ros::NodeHandle& private_node, const Logger& logger = {});
+
+/// The same from a YAML file with the same keys, and from a parsed one.
+/// @throws ParameterError also when the file cannot be read.
+NodeParameters loadParametersYaml(const std::string& path, const Logger& logger = {});
+NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger = {});
+
+/// A pose file or parameter: {position: [x, y, z] in m, orientation: [x, y, z, w]} → mm.
+/// @throws ParameterError naming `name`.
+RigidTransform parsePose(const YAML::Node& node, const std::string& name);
+
+/// Checks everything that loading checks; for parameters that were changed in code or live.
+/// @throws ParameterError
+void validate(const NodeParameters& parameters);
+
+}  // namespace xray_registration

@@ -1,0 +1,260 @@
+#include "xray_registration/ros/parameters.h"
+
+#include <ros/node_handle.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+
+#include "parameter_group.h"
+
+namespace xray_registration {
+
+namespace {
+
+void readCt(const YAML::Node& tree, CtParameters* ct) {
+  ParameterGroup group(tree, "ct");
+  group.words("path", &ct->path);
+  group.words("series_uid", &ct->read.series_uid);
+  group.words("directory", &ct->read.directory);
+  group.number("water_attenuation", 1e-4, 1.0, &ct->model.water_per_mm);
+  group.number("threshold_hu", -1024.0, 3000.0, &ct->model.threshold_hu);
+  group.words("mask", &ct->mask);
+  group.integer("label", 1, 65535, &ct->label);
+  group.number("surface_threshold_hu", -1024.0, 3000.0, &ct->surface_threshold_hu);
+  group.integer("surface_triangles", 0, 2000000, &ct->surface_triangles);
+  group.refuseUnknown();
+}
+
+void readImage(const YAML::Node& tree, const std::vector<std::string>& views, ImageParameters* image) {
+  ParameterGroup group(tree, "image");
+  group.choice<ImageKind>("kind",
+                          {{"transmission", ImageKind::kTransmission},
+                           {"attenuation", ImageKind::kAttenuation},
+                           {"inverted", ImageKind::kInverted}},
+                          &image->linearize.kind);
+  group.number("open_field", 0.0, 1e12, &image->linearize.open_field);
+  group.number("max_value", 0.0, 1e12, &image->max_value);
+  group.flag("find_collimator", &image->find.collimator);
+  group.flag("find_letters", &image->find.letters);
+  group.flag("find_metal", &image->find.metal);
+  group.words("mask", &image->mask);
+  const YAML::Node masks = group.known("masks");
+  group.refuseUnknown();
+  if (!ParameterGroup::isGiven(masks)) return;
+  const YAML::Node image_tree = tree["image"];
+  ParameterGroup per_view(image_tree, "masks", "image/");
+  for (const std::string& view : views) per_view.words(view, &image->masks[view]);
+  per_view.refuseUnknown();
+}
+
+void readFrames(const YAML::Node& tree, FrameParameters* frames) {
+  ParameterGroup group(tree, "frames");
+  group.words("ct", &frames->ct);
+  group.words("fixed", &frames->fixed);
+  group.number("tf_timeout", 0.0, 5.0, &frames->tf_timeout_s);
+  group.refuseUnknown();
+}
+
+void readSync(const YAML::Node& tree, SyncParameters* sync) {
+  ParameterGroup group(tree, "sync");
+  group.number("tolerance", 0.0, 10.0, &sync->tolerance_s);
+  group.flag("allow_missing_view", &sync->allow_missing_view);
+  group.refuseUnknown();
+}
+
+void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
+  ParameterGroup group(tree, "accept");
+  group.number("min_similarity", -1.0, 1.0, &accept->min_similarity);
+  group.number("min_inlier_fraction", 0.0, 1.0, &accept->min_inlier_fraction);
+  group.number("max_condition_number", 1.0, 1e15, &accept->max_condition_number);
+  group.number("max_jump_mm", 0.1, 1000.0, &accept->max_jump_mm);
+  group.number("max_jump_rad", 1e-3, M_PI, &accept->max_jump_rad);
+  group.number("max_disagreement_mm", 0.01, 100.0, &accept->max_disagreement_mm);
+  group.refuseUnknown();
+}
+
+void readSolver(const YAML::Node& tree, RegistrarOptions* solver) {
+  ParameterGroup group(tree, "solver");
+  group.choice<Similarity>(
+      "similarity", {{"local_normalised", Similarity::kLocalNormalised}, {"gain_offset", Similarity::kGainOffset}},
+      &solver->similarity);
+  group.integer("max_steps_per_frame", 1, 1000, &solver->max_steps_per_frame);
+  group.number("max_image_pixels", 1024.0, 67108864.0, &solver->max_image_pixels);
+  group.flag("robust_weights", &solver->robust_weights);
+  group.flag("truncation_weights", &solver->truncation_weights);
+  group.integer("paper_max_iterations", 1, 1000, &solver->paper_max_iterations);
+  group.number("paper_stop_norm", 1e-6, 100.0, &solver->paper_stop_norm);
+  group.number("paper_step_deg", 1e-4, 20.0, &solver->paper_step_deg);
+  group.number("paper_step_mm", 1e-4, 50.0, &solver->paper_step_mm);
+  group.integer("paper_image_size", 16, 4096, &solver->paper_image_size);
+  group.refuseUnknown();
+}
+
+void readTracking(const YAML::Node& tree, TrackerOptions* tracker) {
+  ParameterGroup group(tree, "tracking");
+  group.integer("frames_until_lost", 1, 100000, &tracker->frames_until_lost);
+  group.number("max_prediction_gap_s", 0.0, 3600.0, &tracker->max_prediction_gap_s);
+  group.number("max_velocity_mm_s", 0.0, 1e5, &tracker->max_velocity_mm_s);
+  group.number("max_velocity_rad_s", 0.0, 1e3, &tracker->max_velocity_rad_s);
+  group.refuseUnknown();
+}
+
+void readInitialPose(const YAML::Node& node, NodeParameters* parameters) {
+  // "none" is how a launch file or a person writes that there is none.
+  if (!ParameterGroup::isGiven(node) || (node.IsScalar() && (node.Scalar().empty() || node.Scalar() == "none"))) return;
+  parameters->initial_pose = parsePose(node, "initial_pose");
+  if (node["frame_id"]) parameters->initial_pose_frame = node["frame_id"].as<std::string>();
+}
+
+void checkViews(const std::vector<std::string>& views) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const bool bad = views[i].empty() || views[i].find_first_not_of(
+                                             "abcdefghijklmnopqrstuvwxyz"
+                                             "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/") != std::string::npos;
+    if (bad) {
+      throw ParameterError("parameter views has '" + views[i] +
+                           "'; allowed: names of topics (letters, digits, _ and /)");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      if (views[i] == views[j])
+        throw ParameterError("parameter views has '" + views[i] + "' twice; allowed: each once");
+    }
+  }
+}
+
+void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& logger) {
+  ParameterGroup top(tree, "");
+  top.list("views", &parameters->views);
+  checkViews(parameters->views);
+  top.words("device", &parameters->device);
+  top.choice<Method>("method", {{"fast", Method::kFast}, {"paper", Method::kPaper}}, &parameters->registrar.method);
+  top.choice<Mode>("mode", {{"track", Mode::kTrack}, {"on_demand", Mode::kOnDemand}}, &parameters->mode);
+  top.choice<std::string>("drr_encoding", {{"mono8", "mono8"}, {"32FC1", "32FC1"}}, &parameters->drr_encoding);
+  top.words("image_transport", &parameters->image_transport);
+  top.flag("publish_tf", &parameters->frames.publish_tf);
+  top.flag("invert_tf", &parameters->frames.invert_tf);
+  readInitialPose(top.known("initial_pose"), parameters);
+  for (const char* group : {"ct", "image", "frames", "sync", "accept", "solver", "tracking"}) top.known(group);
+  for (const std::string& name : top.unknown()) {
+    log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
+  }
+}
+
+YAML::Node toYaml(XmlRpc::XmlRpcValue value) {  // By value: XmlRpcValue's accessors are not const.
+  YAML::Node node;
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeStruct:
+      node = YAML::Node(YAML::NodeType::Map);
+      for (auto& [name, member] : value) node[name] = toYaml(member);
+      return node;
+    case XmlRpc::XmlRpcValue::TypeArray:
+      node = YAML::Node(YAML::NodeType::Sequence);
+      for (int i = 0; i < value.size(); ++i) node.push_back(toYaml(value[i]));
+      return node;
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return YAML::Node(static_cast<bool>(value));
+    case XmlRpc::XmlRpcValue::TypeInt:
+      return YAML::Node(static_cast<int>(value));
+    case XmlRpc::XmlRpcValue::TypeDouble:
+      return YAML::Node(static_cast<double>(value));
+    case XmlRpc::XmlRpcValue::TypeString:
+      return YAML::Node(static_cast<std::string>(value));
+    default:
+      return node;
+  }
+}
+
+std::vector<double> numbers(const YAML::Node& node, const char* key, std::size_t count, const std::string& name) {
+  const std::string allowed = "{position: [x, y, z] in metres, orientation: [x, y, z, w]}";
+  const auto fail = [&]() {
+    throw ParameterError("parameter " + name + " is '" + YAML::Dump(node) + "'; allowed: " + allowed);
+  };
+  std::vector<double> values;
+  try {
+    if (!node.IsMap() || !node[key]) fail();
+    values = node[key].as<std::vector<double>>();
+  } catch (const YAML::Exception&) {
+    fail();
+  }
+  if (values.size() != count) fail();
+  for (const double value : values) {
+    if (!std::isfinite(value)) fail();
+  }
+  return values;
+}
+
+}  // namespace
+
+RigidTransform parsePose(const YAML::Node& node, const std::string& name) {
+  const std::vector<double> position = numbers(node, "position", 3, name);
+  const std::vector<double> orientation = numbers(node, "orientation", 4, name);
+  const Eigen::Quaterniond rotation(orientation[3], orientation[0], orientation[1], orientation[2]);
+  if (std::abs(rotation.norm() - 1.0) > 0.01) {
+    throw ParameterError("parameter " + name + "/orientation has length " + std::to_string(rotation.norm()) +
+                         "; allowed: a quaternion of length 1");
+  }
+  RigidTransform pose = RigidTransform::Identity();
+  pose.linear() = rotation.normalized().toRotationMatrix();
+  pose.translation() = 1000.0 * Eigen::Vector3d(position[0], position[1], position[2]);
+  return pose;
+}
+
+NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
+  NodeParameters parameters;
+  readTop(tree, &parameters, logger);
+  readCt(tree, &parameters.ct);
+  readImage(tree, parameters.views, &parameters.image);
+  readFrames(tree, &parameters.frames);
+  readSync(tree, &parameters.sync);
+  readAccept(tree, &parameters.registrar.accept);
+  readSolver(tree, &parameters.registrar);
+  readTracking(tree, &parameters.tracker);
+  validate(parameters);
+  return parameters;
+}
+
+NodeParameters loadParametersYaml(const std::string& path, const Logger& logger) {
+  YAML::Node tree;
+  try {
+    tree = YAML::LoadFile(path);
+  } catch (const YAML::Exception& error) {
+    throw ParameterError("cannot read parameters from '" + path + "': " + error.what());
+  }
+  try {
+    if (tree.IsNull()) return NodeParameters{};
+    if (!tree.IsMap()) throw ParameterError("the file does not hold names and values");
+    return parseParameters(tree, logger);
+  } catch (const ParameterError& error) {
+    throw ParameterError(path + ": " + error.what());
+  }
+}
+
+NodeParameters loadParameters(const ros::NodeHandle& private_node, const Logger& logger) {
+  XmlRpc::XmlRpcValue tree;
+  if (!private_node.getParam(private_node.getNamespace(), tree) || tree.getType() != XmlRpc::XmlRpcValue::TypeStruct) {
+    return NodeParameters{};
+  }
+  return parseParameters(toYaml(tree), logger);
+}
+
+void validate(const NodeParameters& parameters) {
+  const auto check_frame = [](const char* name, const std::string& frame) {
+    if (!frame.empty() && (frame.front() == '/' || frame.find(' ') != std::string::npos)) {
+      throw ParameterError(std::string("parameter ") + name + " is '" + frame +
+                           "'; allowed: a tf2 frame, without a leading / and spaces");
+    }
+  };
+  check_frame("frames/ct", parameters.frames.ct);
+  check_frame("frames/fixed", parameters.frames.fixed);
+  check_frame("initial_pose/frame_id", parameters.initial_pose_frame);
+  if (parameters.frames.ct.empty()) throw ParameterError("parameter frames/ct is empty; allowed: a tf2 frame");
+  if (parameters.frames.ct == parameters.frames.fixed) {
+    throw ParameterError("parameters frames/ct and frames/fixed are both '" + parameters.frames.ct +
+                         "'; allowed: two different frames");
+  }
+  if (parameters.device.empty()) {
+    throw ParameterError("parameter device is ''; allowed: auto, gpu, cpu, or a part of the device's name");
+  }
+}
+
+}  // namespace xray_registration
