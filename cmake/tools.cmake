@@ -40,10 +40,11 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
 endif()
 
 if(XRAY_REGISTRATION_ROS)
-  add_library(xray_registration_tools_ros STATIC ${common}/session_messages.cpp)
+  add_library(xray_registration_tools_ros STATIC ${common}/bag_frames.cpp ${common}/session_messages.cpp)
   target_compile_options(xray_registration_tools_ros PRIVATE -Wall -Wextra -Werror)
   target_link_libraries(xray_registration_tools_ros PUBLIC xray_registration_tools_common xray_registration_ros)
 
+  xray_tool(register_bag ROS)
   xray_tool(simulate_session ROS)
 
   file(GLOB evaluate_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate/*.cpp)

@@ -68,7 +68,7 @@ void writeMha(const std::string& path, const FloatImage& image) {
   if (!stream.flush()) throw std::runtime_error(path + ": cannot be written");
 }
 
-ColourImage edgesOver(const FloatImage& xray, const FloatImage& drr) {
+ColourImage edgesOver(const FloatImage& xray, const FloatImage& drr, const MaskImage& mask) {
   if (xray.width != drr.width || xray.height != drr.height) {
     throw std::runtime_error("the X-ray and the DRR of an overlay differ in size");
   }
@@ -84,9 +84,14 @@ ColourImage edgesOver(const FloatImage& xray, const FloatImage& drr) {
   for (int v = 0; v < grey.rows; ++v) {
     for (int u = 0; u < grey.cols; ++u) {
       const auto value = grey.at<std::uint8_t>(v, u);
-      const bool edge = edges.at<std::uint8_t>(v, u) != 0;
-      result.pixels.push_back(edge ? std::array<std::uint8_t, 3>{255, 140, 0}
-                                   : std::array<std::uint8_t, 3>{value, value, value});
+      if (edges.at<std::uint8_t>(v, u) != 0) {
+        result.pixels.push_back({255, 140, 0});
+      } else if (!mask.empty() && mask.at(u, v) == 0) {
+        result.pixels.push_back({static_cast<std::uint8_t>(value / 2), static_cast<std::uint8_t>(value / 2),
+                                 static_cast<std::uint8_t>(80 + value / 2)});
+      } else {
+        result.pixels.push_back({value, value, value});
+      }
     }
   }
   return result;

@@ -1,0 +1,340 @@
+// Registers every frame of a recorded session, in order, none dropped.
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+#include <xray_registration/RegistrationStatus.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "tools/common/bag_frames.h"
+#include "tools/common/command_line.h"
+#include "tools/common/image_files.h"
+#include "tools/common/pose_json.h"
+#include "tools/common/progress_bar.h"
+#include "tools/common/yaml_files.h"
+#include "xray_registration/evaluation/pose_error.h"
+#include "xray_registration/evaluation/trials.h"
+
+namespace {
+
+using namespace xray_registration;
+using namespace xray_registration::tools;
+
+constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+const char* const kPoseTopic = "/xray_registration_node/pose";
+const char* const kStatusTopic = "/xray_registration_node/status";
+
+struct Arguments {
+  std::string ct;
+  std::string bag;
+  std::string output;
+  std::string config;
+  std::string views;
+  std::string initial_pose;
+  std::string initial_pose_topic;
+  std::string disturb;
+  std::uint64_t seed = 1;
+  std::string json;
+  std::string overlay;
+  std::string device;
+  std::string method;
+  double target_size_mm = 100.0;
+  bool verbose = false;
+};
+
+/// What is known about one frame at the end.
+struct FrameRecord {
+  ros::Time stamp;
+  ros::Time received;
+  FrameOutcome outcome;
+  std::optional<PoseError> error;
+};
+
+void checkArguments(const Arguments& arguments) {
+  namespace fs = std::filesystem;
+  requireWritableParent(arguments.output, "--output");
+  if (fs::exists(arguments.output) && fs::equivalent(arguments.output, arguments.bag)) {
+    throw ArgumentError("--output is the same file as --bag: " + arguments.bag);
+  }
+  if (!arguments.json.empty()) requireWritableParent(arguments.json, "--json");
+  if (!arguments.overlay.empty()) requireWritableParent(arguments.overlay, "--overlay");
+}
+
+NodeParameters parametersOf(const Arguments& arguments, const BagSession& session, const Logger& logger) {
+  NodeParameters parameters =
+      arguments.config.empty() ? NodeParameters{} : loadParametersYaml(arguments.config, logger);
+  parameters.ct.path = arguments.ct;
+  parameters.views = viewParameter(session);
+  if (!arguments.device.empty()) parameters.device = arguments.device;
+  if (!arguments.method.empty()) {
+    parameters.registrar.method = arguments.method == "paper" ? Method::kPaper : Method::kFast;
+  }
+  if (!parameters.frames.fixed.empty()) {
+    log(logger, LogLevel::kWarning, "frames/fixed is for the live node; poses are written in the first view's frame");
+  }
+  return parameters;
+}
+
+/// A pose given in the frame of one of the views, carried to the first.
+RigidTransform inFirstView(const BagSession& session, const std::string& frame_id, const RigidTransform& T_frame_ct,
+                           const std::string& source) {
+  std::string known;
+  for (const auto& view : session.views()) {
+    if (frame_id.empty() || frame_id == view.frame_id) return view.T_view_first.inverse() * T_frame_ct;
+    known += (known.empty() ? "" : ", ") + view.frame_id;
+  }
+  throw std::runtime_error(source + ": the pose is in frame '" + frame_id + "', which is none of the views' (" + known +
+                           ")");
+}
+
+RigidTransform startPose(const Arguments& arguments, const BagSession& session, const NodeParameters& parameters) {
+  if (!arguments.initial_pose.empty()) return readPoseFile(arguments.initial_pose);
+  if (!arguments.initial_pose_topic.empty()) {
+    const StampedPose pose = readFirstPose(arguments.bag, arguments.initial_pose_topic);
+    return inFirstView(session, pose.frame_id, pose.T_frame_ct, arguments.initial_pose_topic);
+  }
+  if (parameters.initial_pose) {
+    return inFirstView(session, parameters.initial_pose_frame, *parameters.initial_pose, arguments.config);
+  }
+  throw ArgumentError("no start: give --initial-pose, --initial-pose-topic, or initial_pose in --config");
+}
+
+/// "degrees,mm" → the pose turned by exactly so much about the CT's centre and moved by exactly so much, along an axis
+/// and in a direction that the seed chooses.
+RigidTransform disturbed(const RigidTransform& T_camera_ct, const Arguments& arguments,
+                         const Eigen::Vector3d& centre_ct_mm) {
+  if (arguments.disturb.empty()) return T_camera_ct;
+  const auto [degrees, mm] = parsePair(arguments.disturb, "--disturb");
+  if (degrees < 0.0 || degrees > 180.0 || mm < 0.0) throw ArgumentError("--disturb: neither may be below zero");
+  Twist twist = RandomStarts({1.0, 1.0}, arguments.seed).next();
+  twist.head<3>() = mm * twist.head<3>().normalized();
+  twist.tail<3>() = degrees * kRadPerDeg * twist.tail<3>().normalized();
+  return updatedPose(T_camera_ct, twist, T_camera_ct * centre_ct_mm);
+}
+
+/// X-ray with the DRR's edges, one picture for each view that took part.
+void writeOverlays(const Arguments& arguments, const BagSession& session, const FrameOutcome& outcome,
+                   std::size_t frame, RegistrationPipeline* pipeline) {
+  if (!outcome.registered) return;
+  for (std::size_t i = 0; i < outcome.views.size(); ++i) {
+    if (!outcome.views[i]) continue;
+    const ViewInput& view = *outcome.views[i];
+    const FloatImage drr = pipeline->renderDrr(view.camera, view.T_view_first * outcome.result.T_camera_ct);
+    if (drr.empty()) throw std::runtime_error("the DRR for the overlay failed: " + pipeline->fault());
+    char number[32];
+    std::snprintf(number, sizeof number, "%05zu", frame);
+    const std::string& name = session.views()[i].name;
+    writeColourPng(arguments.overlay + "/" + (name.empty() ? "" : name + "_") + number + ".png",
+                   edgesOver(view.attenuation, drr, view.mask));
+  }
+}
+
+std::vector<FrameRecord> registerFrames(const Arguments& arguments, const BagSession& session,
+                                        RegistrationPipeline* pipeline) {
+  const auto targets = targetGrid(pipeline->centreCt(), arguments.target_size_mm);
+  std::vector<FrameRecord> records;
+  ProgressBar progress("registering", session.frameCount());
+  for (std::size_t i = 0; i < session.frameCount(); ++i) {
+    const BagFrame frame = session.frame(i);
+    FrameRecord record{frame.stamp, frame.received, {}, {}};
+    record.outcome = pipeline->process(frame.stamp.toSec(), rawViews(session, frame));
+    if (pipeline->state() == TrackingState::kFault) throw std::runtime_error("device failed: " + pipeline->fault());
+    if (record.outcome.registered && frame.T_first_ct_true) {
+      record.error = poseError(record.outcome.result.T_camera_ct, *frame.T_first_ct_true, targets);
+    }
+    if (!arguments.overlay.empty()) writeOverlays(arguments, session, record.outcome, i, pipeline);
+    record.outcome.views.clear();  // Images are not needed any more.
+    records.push_back(std::move(record));
+    progress.advanceTo(i + 1);
+  }
+  return records;
+}
+
+void copyInput(const std::string& input, rosbag::Bag* output) {
+  rosbag::Bag bag(input, rosbag::bagmode::Read);
+  rosbag::View all(bag);
+  for (const rosbag::MessageInstance& message : all) {
+    // Results of an earlier run are replaced.
+    if (message.getTopic() == kPoseTopic || message.getTopic() == kStatusTopic) continue;
+    output->write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+  }
+}
+
+RegistrationStatus statusMessage(const FrameRecord& record, const std_msgs::Header& header,
+                                 const RegistrationPipeline& pipeline) {
+  const RegistrationResult& result = record.outcome.result;
+  RegistrationStatus status;
+  status.header = header;
+  status.state = static_cast<std::uint8_t>(record.outcome.state);
+  status.accepted = result.accepted;
+  status.reason = result.reason;
+  status.views_used = record.outcome.views_used;
+  status.views_missing = record.outcome.views_missing;
+  status.iterations = static_cast<std::uint32_t>(result.iterations);
+  status.converged = result.converged;
+  status.similarity = result.similarity;
+  status.residual = result.residual;
+  status.inlier_fraction = result.inlier_fraction;
+  status.condition_number = result.condition_number;
+  status.registered = record.outcome.registered;
+  status.pose = toPose(record.outcome.registered ? result.T_camera_ct : RigidTransform::Identity());
+  status.latency = record.outcome.total_ms / 1000.0;
+  status.solve_time = result.solve_ms / 1000.0;
+  status.upload_time = result.upload_ms / 1000.0;
+  status.device = pipeline.deviceName();
+  status.ct = pipeline.ctName();
+  return status;
+}
+
+void writeOutput(const Arguments& arguments, const BagSession& session, const std::vector<FrameRecord>& records,
+                 const RegistrationPipeline& pipeline) {
+  rosbag::Bag output(arguments.output, rosbag::bagmode::Write);
+  output.setCompression(rosbag::compression::LZ4);
+  copyInput(arguments.bag, &output);
+  const FrameParameters& frames = pipeline.parameters().frames;
+  std::uint64_t registered = 0;
+  std::uint64_t refused = 0;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const FrameRecord& record = records[i];
+    const RegistrationResult& result = record.outcome.result;
+    std_msgs::Header header;
+    header.stamp = record.stamp;
+    header.frame_id = session.views().front().frame_id;
+    RegistrationStatus status = statusMessage(record, header, pipeline);
+    (result.accepted ? registered : refused) += 1;
+    status.frames_received = i + 1;
+    status.frames_registered = registered;
+    status.frames_refused = refused;
+    output.write(kStatusTopic, record.received, status);
+    if (!result.accepted) continue;
+
+    geometry_msgs::PoseWithCovarianceStamped pose;
+    pose.header = header;
+    pose.pose = toPoseWithCovariance(result.T_camera_ct, result.covariance, pipeline.centreCt());
+    output.write(kPoseTopic, record.received, pose);
+
+    if (!frames.publish_tf) continue;
+    tf2_msgs::TFMessage tf;
+    tf.transforms.resize(1);
+    tf.transforms[0].header = header;
+    tf.transforms[0].child_frame_id = frames.ct;
+    tf.transforms[0].transform = toTransform(frames.invert_tf ? result.T_camera_ct.inverse() : result.T_camera_ct);
+    if (frames.invert_tf) std::swap(tf.transforms[0].header.frame_id, tf.transforms[0].child_frame_id);
+    output.write("/tf", record.received, tf);
+  }
+  output.close();
+}
+
+void writeResults(const std::string& path, const std::vector<FrameRecord>& records) {
+  nlohmann::json frames = nlohmann::json::array();
+  for (const auto& record : records) {
+    const RegistrationResult& result = record.outcome.result;
+    nlohmann::json frame = {{"stamp", record.stamp.toSec()},   {"accepted", result.accepted},
+                            {"T_camera_ct", nullptr},          {"iterations", result.iterations},
+                            {"solve_ms", result.solve_ms},     {"total_ms", record.outcome.total_ms},
+                            {"similarity", result.similarity}, {"state", toString(record.outcome.state)},
+                            {"reason", result.reason}};
+    if (record.outcome.registered) frame["T_camera_ct"] = toJson(result.T_camera_ct);
+    if (record.error) {
+      frame["mtre"] = record.error->mtre_mm;
+      frame["inplane"] = record.error->inplane_mm;
+    }
+    frames.push_back(frame);
+  }
+  writeJson(path, {{"frames", frames}});
+}
+
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void printSummary(const std::vector<FrameRecord>& records) {
+  std::vector<double> total_ms, mtre, inplane;
+  std::size_t accepted = 0;
+  std::string last_reason;
+  for (const auto& record : records) {
+    total_ms.push_back(record.outcome.total_ms);
+    if (!record.outcome.result.accepted) {
+      last_reason = record.outcome.result.reason;
+      continue;
+    }
+    ++accepted;
+    if (!record.error) continue;
+    mtre.push_back(record.error->mtre_mm);
+    inplane.push_back(record.error->inplane_mm);
+  }
+  std::printf("%zu of %zu frames accepted, median %.1f ms a frame\n", accepted, records.size(), medianOf(total_ms));
+  if (!mtre.empty()) {
+    std::printf(
+        "against the ground truth: mTRE median %.3f mm, worst %.3f mm; in-plane median %.3f mm, worst %.3f mm\n",
+        medianOf(mtre), *std::max_element(mtre.begin(), mtre.end()), medianOf(inplane),
+        *std::max_element(inplane.begin(), inplane.end()));
+  }
+  if (accepted < records.size()) std::printf("last refusal: %s\n", last_reason.c_str());
+}
+
+void run(const Arguments& arguments) {
+  checkArguments(arguments);
+  const Logger logger = standardErrorLogger("register_bag", arguments.verbose);
+  NodeParameters probe = arguments.config.empty() ? NodeParameters{} : loadParametersYaml(arguments.config);
+  BagSessionOptions options;
+  options.views = arguments.views.empty() ? probe.views : splitList(arguments.views);
+  options.tolerance_s = probe.sync.tolerance_s;
+  const BagSession session(arguments.bag, options, logger);
+  const NodeParameters parameters = parametersOf(arguments, session, logger);
+  const RigidTransform start = startPose(arguments, session, parameters);
+
+  RegistrationPipeline pipeline(parameters, logger);
+  pipeline.openDevice();
+  pipeline.loadCt(arguments.ct, parameters.ct.read.series_uid);
+  pipeline.dropCt();
+  pipeline.setPose(disturbed(start, arguments, pipeline.centreCt()));
+  if (!arguments.overlay.empty()) std::filesystem::create_directory(arguments.overlay);
+
+  const auto records = registerFrames(arguments, session, &pipeline);
+  writeOutput(arguments, session, records, pipeline);
+  if (!arguments.json.empty()) writeResults(arguments.json, records);
+  printSummary(records);
+}
+
+void addOptions(CLI::App& app, Arguments& arguments) {
+  app.add_option("--ct", arguments.ct, "CT: NIfTI, NRRD, MetaImage or a DICOM folder")
+      ->required()
+      ->check(CLI::ExistingPath);
+  app.add_option("--bag", arguments.bag, "recorded session")->required()->check(CLI::ExistingFile);
+  app.add_option("--output", arguments.output, "bag with pose, status and tf beside the inputs")->required();
+  app.add_option("--config", arguments.config, "the node's parameters, YAML")->check(CLI::ExistingFile);
+  app.add_option("--views", arguments.views, "a,b; default: all views in the bag");
+  auto* file = app.add_option("--initial-pose", arguments.initial_pose,
+                              "start in the first view's frame, YAML (docs/formats.md)")
+                   ->check(CLI::ExistingFile);
+  app.add_option("--initial-pose-topic", arguments.initial_pose_topic,
+                 "start from the first PoseStamped or PoseWithCovarianceStamped on this topic of the bag")
+      ->excludes(file);
+  app.add_option("--disturb", arguments.disturb,
+                 "DEG,MM: turn the start by so much about the CT's centre and move it by so much (for experiments)");
+  app.add_option("--seed", arguments.seed, "axis and direction of --disturb")->capture_default_str();
+  app.add_option("--json", arguments.json, "one entry for each frame (docs/formats.md)");
+  app.add_option("--overlay", arguments.overlay, "folder for PNGs: X-ray, edges of the DRR, what was masked");
+  app.add_option("--device", arguments.device, "auto, gpu, cpu, or a part of the device's name");
+  app.add_option("--method", arguments.method, "fast or paper")->check(CLI::IsMember({"fast", "paper"}));
+  app.add_option("--target-size", arguments.target_size_mm, "side of the targets' cube for the errors, mm")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  app.add_flag("--verbose", arguments.verbose, "say what is done");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Registers every frame of a bag to a CT, in order, none dropped.", "register_bag");
+  addOptions(app, arguments);
+  return runTool(app, argc, argv, [&] { run(arguments); });
+}
