@@ -18,7 +18,11 @@ xray_glob(geometry_sources geometry)
 xray_room(geometry SOURCES ${geometry_sources} LIBRARIES Eigen3::Eigen)
 
 xray_glob(volume_sources volume)
-set(itk_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/volume_io.cpp
+# itk_*.cpp include ITK's headers and no Eigen: ITK carries an Eigen of its own. The others stand on them.
+set(itk_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/itk_image_file.cpp
+                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/itk_surface.cpp
+                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/dicom_series.cpp
+                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/volume_io.cpp
                 ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/bone_surface.cpp)
 list(REMOVE_ITEM volume_sources ${itk_sources})
 xray_room(volume SOURCES ${volume_sources} ROOMS geometry LIBRARIES Eigen3::Eigen Threads::Threads)
@@ -43,8 +47,10 @@ xray_room(evaluation SOURCES ${evaluation_sources} ROOMS registration
 
 set(core_rooms geometry volume image drr registration evaluation)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
-  xray_room(volume_itk SOURCES ${itk_sources} ROOMS volume LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES})
-  target_include_directories(xray_registration_volume_itk SYSTEM PRIVATE ${ITK_INCLUDE_DIRS})
+  xray_room(volume_itk SOURCES ${itk_sources} ROOMS volume LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES} gdcmCommon)
+  # GDCM, which ITK reads DICOM with, prints what it finds in files; its switch for that is in a header of its own.
+  find_path(GDCM_INCLUDE_DIR gdcmTrace.h HINTS ${ITK_INCLUDE_DIRS} PATH_SUFFIXES gdcm-3.0 gdcm-2.8 REQUIRED)
+  target_include_directories(xray_registration_volume_itk SYSTEM PRIVATE ${ITK_INCLUDE_DIRS} ${GDCM_INCLUDE_DIR})
   xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image LIBRARIES Eigen3::Eigen ${OpenCV_LIBS})
   target_include_directories(xray_registration_image_opencv SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
   list(APPEND core_rooms volume_itk image_opencv)
@@ -60,5 +66,5 @@ add_library(xray_registration_core SHARED ${core_objects})
 target_include_directories(xray_registration_core PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
 target_link_libraries(xray_registration_core PUBLIC Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
-  target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} ${OpenCV_LIBS})
+  target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} gdcmCommon ${OpenCV_LIBS})
 endif()

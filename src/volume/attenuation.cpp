@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "parallel.h"
-#include "xray_registration/volume/volume_io.h"
+#include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {
 namespace {

@@ -1,1 +1,119 @@
-// Being written.
+#include "xray_registration/volume/bone_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "itk_surface.h"
+#include "xray_registration/volume/attenuation.h"
+#include "xray_registration/volume/volume_pyramid.h"
+
+namespace xray_registration {
+namespace {
+
+// Marching cubes takes about a second for so many voxels of a skull; a display shows no more.
+constexpr std::size_t kMaxVoxels = std::size_t{160} * 160 * 160;
+constexpr std::size_t kMinVoxels = 64;
+
+// A closed surface of marching cubes has one vertex per edge between a voxel inside and one outside, and twice as many
+// triangles as vertices.
+constexpr std::size_t kTrianglesPerVertex = 2;
+
+// Read access with a border of air, one voxel wide, around the volume.
+class Padded {
+ public:
+  Padded(const AttenuationVolume& volume, double level) : volume_(volume), level_(level) {
+    for (int i = 0; i < 3; ++i) size_[static_cast<std::size_t>(i)] = volume.grid.size[i] + 2;
+  }
+
+  const std::array<int, 3>& size() const { return size_; }
+
+  double value(int x, int y, int z) const {
+    const Eigen::Vector3i& n = volume_.grid.size;
+    if (x < 1 || y < 1 || z < 1 || x > n.x() || y > n.y() || z > n.z()) return 0.0;
+    return volume_.values[(static_cast<std::size_t>(z - 1) * n.y() + (y - 1)) * n.x() + (x - 1)];
+  }
+
+  std::vector<std::uint8_t> mask() const {
+    std::vector<std::uint8_t> mask;
+    mask.reserve(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2]);
+    for (int z = 0; z < size_[2]; ++z) {
+      for (int y = 0; y < size_[1]; ++y) {
+        for (int x = 0; x < size_[0]; ++x) mask.push_back(value(x, y, z) > level_ ? 1 : 0);
+      }
+    }
+    return mask;
+  }
+
+  // Moves a vertex from the middle of its edge to where the value crosses the level.
+  Eigen::Vector3d onLevel(const std::array<float, 3>& vertex) const {
+    Eigen::Vector3d result(vertex[0], vertex[1], vertex[2]);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = std::floor(result[axis]);
+      if (std::abs(result[axis] - low - 0.5) > 0.25) continue;
+      Eigen::Vector3i a = result.array().round().cast<int>();
+      a[axis] = static_cast<int>(low);
+      Eigen::Vector3i b = a;
+      ++b[axis];
+      const double value_a = value(a.x(), a.y(), a.z());
+      const double value_b = value(b.x(), b.y(), b.z());
+      if ((value_a > level_) != (value_b > level_)) result[axis] = low + (level_ - value_a) / (value_b - value_a);
+      break;
+    }
+    return result;
+  }
+
+ private:
+  const AttenuationVolume& volume_;
+  double level_;
+  std::array<int, 3> size_{};
+};
+
+std::size_t crossedEdges(const std::array<int, 3>& size, const std::vector<std::uint8_t>& mask) {
+  const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(size[0]),
+                                             static_cast<std::size_t>(size[0]) * size[1]};
+  std::size_t edges = 0;
+  for (const std::size_t step : stride) {
+    // The border is air on both sides, so that a step across it crosses nothing.
+    for (std::size_t i = 0; i + step < mask.size(); ++i) edges += mask[i] != mask[i + step] ? 1 : 0;
+  }
+  return edges;
+}
+
+TriangleMesh meshOf(const Padded& padded, const std::vector<std::uint8_t>& mask, const VolumeGrid& grid) {
+  const IndexMesh surface = surfaceOfMask(padded.size(), mask);
+  TriangleMesh mesh;
+  const Eigen::Affine3d ct_from_index = grid.ctFromIndex();
+  mesh.vertices_ct_mm.reserve(surface.vertices.size());
+  for (const auto& vertex : surface.vertices) {
+    const Eigen::Vector3d index = padded.onLevel(vertex) - Eigen::Vector3d::Ones();
+    mesh.vertices_ct_mm.push_back((ct_from_index * index).cast<float>());
+  }
+  mesh.triangles = surface.triangles;
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh boneSurface(const Volume& ct, double threshold_hu, std::size_t max_triangles) {
+  const AttenuationModel model{0.02, -1000.0};
+  if (!(threshold_hu > model.threshold_hu) || max_triangles == 0) return {};
+  if (ct.hu.empty() || *std::max_element(ct.hu.begin(), ct.hu.end()) <= threshold_hu) return {};
+  AttenuationVolume volume = fittedTo(toAttenuation(ct, model), kMaxVoxels * sizeof(std::uint16_t), {});
+  const double level = model.water_per_mm * (1.0 + threshold_hu / 1000.0) / volume.scale_per_mm;
+  for (;;) {
+    const Padded padded(volume, level);
+    const std::vector<std::uint8_t> mask = padded.mask();
+    const std::size_t triangles = kTrianglesPerVertex * crossedEdges(padded.size(), mask);
+    if (triangles <= max_triangles) {
+      TriangleMesh mesh = meshOf(padded, mask, volume.grid);
+      if (mesh.triangles.size() <= max_triangles) return mesh;
+    }
+    // The count grows with the area over the squared voxel size; a little more than needed, so that it ends.
+    const double shrink = std::sqrt(static_cast<double>(max_triangles) / std::max(triangles, max_triangles + 1)) * 0.97;
+    const auto voxels = static_cast<std::size_t>(static_cast<double>(volume.values.size()) * std::pow(shrink, 3));
+    if (voxels < kMinVoxels) return {};
+    volume = fittedTo(std::move(volume), voxels * sizeof(std::uint16_t), {});
+  }
+}
+
+}  // namespace xray_registration

@@ -1,19 +1,13 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "xray_registration/common/log.h"
 #include "xray_registration/volume/volume.h"
+#include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {
-
-/// What is wrong with a CT, where, and what to do; the message names the file or folder.
-class VolumeError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 struct VolumeReadOptions {
   std::string series_uid;  ///< DICOM: the series to take; empty takes the one with most slices and logs the choice.
@@ -21,22 +15,29 @@ struct VolumeReadOptions {
 };
 
 /// Reads a NIfTI, NRRD or MetaImage file or a DICOM folder into HU. The frame is LPS as the file states it (NIfTI's RAS
-/// is converted); nothing is recentred or resampled. Rescale slope and intercept are applied.
+/// is converted); nothing is recentred or resampled, the axes may be oblique or left-handed. Rescale slope and
+/// intercept are applied; values are rounded and clamped to 16 bits, what is not a number becomes air. A DICOM folder
+/// is searched with its subfolders; its slices are ordered along their normal. Blocks; call it from one thread at a
+/// time.
 /// @throws VolumeError for a missing or unreadable file, missing slices, uneven spacing, gantry tilt, a single slice,
-/// colour or vector pixels, an unknown series, a path outside `directory`.
+/// several volumes in one series, more than three dimensions, colour or vector pixels, an unknown series, an empty
+/// folder, a path (or a file that it refers to) outside `directory`.
 Volume readVolume(const std::string& path, const VolumeReadOptions& options, const Logger& logger);
 
-/// Reads a label image in any of the same formats.
+/// Reads a label image in any of the same formats, with the same errors.
 LabelVolume readLabels(const std::string& path, const VolumeReadOptions& options, const Logger& logger);
 
 /// Writes .nii, .nii.gz, .nrrd, .mha.
 /// @throws VolumeError when the file cannot be written.
 void writeVolume(const Volume& volume, const std::string& path);
 
+/// A DICOM series of images in a folder.
 struct SeriesInfo {
   std::string uid;
   std::size_t slices = 0;
 };
+
+/// The series in a folder and its subfolders, in the order of their UIDs.
 std::vector<SeriesInfo> listDicomSeries(const std::string& folder);
 
 }  // namespace xray_registration
