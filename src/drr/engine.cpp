@@ -71,8 +71,10 @@ Engine::Kernels& Engine::kernels(int split) {
   if (found != kernels_.end()) return found->second;
   return guarded(*device_, "compiling the kernels", [&]() -> Kernels& {
     Kernels k;
-    k.program = device_->build(kernels::fast, "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DSPLIT=" +
-                                                  std::to_string(split));
+    const int lanes = lanesFor(split);
+    k.items_per_tile = static_cast<std::size_t>(kRays / lanes * split);
+    k.program = device_->build(kernels::fast, "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DLANES=" +
+                                                  std::to_string(lanes) + " -DSPLIT=" + std::to_string(split));
     k.plan = cl::Kernel(k.program, "plan");
     k.render = cl::Kernel(k.program, "render");
     k.render_derivatives = cl::Kernel(k.program, "render_derivatives");
@@ -83,6 +85,8 @@ Engine::Kernels& Engine::kernels(int split) {
     return kernels_.emplace(split, std::move(k)).first->second;
   });
 }
+
+int Engine::lanesFor(int split) const { return device_->isGpu() || split > 1 ? 1 : kRays; }
 
 int Engine::chooseSplit(int groups) const {
   if (forced_split_ > 0) return forced_split_;
@@ -209,11 +213,10 @@ void Engine::planTiles(Kernels* k, const ResidentLevel& level, int tiles_x, int 
   kernel.setArg(2, poses_.buffer);
   kernel.setArg(3, tiles_x);
   kernel.setArg(4, tiles);
-  kernel.setArg(5, 0);
-  kernel.setArg(6, used_tiles);
-  kernel.setArg(7, scratch(&plans_, groups * sizeof(cl_int4)));
-  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kRays), cl::NDRange(kRays),
-                                             nullptr, &plan_event_);
+  kernel.setArg(5, used_tiles);
+  kernel.setArg(6, scratch(&plans_, groups * sizeof(cl_int4)));
+  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * k->items_per_tile),
+                                             cl::NDRange(k->items_per_tile), nullptr, &plan_event_);
 }
 
 std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volume_level,
@@ -240,7 +243,7 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
     k.tile_sums.setArg(8, xray.attenuation);
     k.tile_sums.setArg(9, xray.weight);
     k.tile_sums.setArg(10, scratch(&sums_, groups * kSumStride * sizeof(float)));
-    const std::size_t group_size = static_cast<std::size_t>(kRays * split);
+    const std::size_t group_size = k.items_per_tile;
     queue.enqueueNDRangeKernel(k.tile_sums, cl::NullRange, cl::NDRange(groups * group_size), cl::NDRange(group_size),
                                nullptr, &march_event_);
 
@@ -323,7 +326,7 @@ FloatImage Engine::render(const XrayCamera& camera, int volume_level, const Rigi
     k.render.setArg(6, camera.width);
     k.render.setArg(7, camera.height);
     k.render.setArg(8, scratch(&image_, sizeof(float) * image.pixels.size()));
-    const std::size_t group_size = static_cast<std::size_t>(kRays * split);
+    const std::size_t group_size = k.items_per_tile;
     queue.enqueueNDRangeKernel(k.render, cl::NullRange, cl::NDRange(static_cast<std::size_t>(tiles) * group_size),
                                cl::NDRange(group_size), nullptr, &march_event_);
     queue.enqueueReadBuffer(image_.buffer, CL_TRUE, 0, sizeof(float) * image.pixels.size(), image.pixels.data());
@@ -353,7 +356,7 @@ std::vector<FloatImage> Engine::renderWithDerivatives(const XrayCamera& camera, 
     k.render_derivatives.setArg(6, camera.width);
     k.render_derivatives.setArg(7, camera.height);
     k.render_derivatives.setArg(8, scratch(&image_, 7 * sizeof(float) * pixels));
-    const std::size_t group_size = static_cast<std::size_t>(kRays * split);
+    const std::size_t group_size = k.items_per_tile;
     queue.enqueueNDRangeKernel(k.render_derivatives, cl::NullRange,
                                cl::NDRange(static_cast<std::size_t>(tiles) * group_size), cl::NDRange(group_size),
                                nullptr, &march_event_);

@@ -95,6 +95,7 @@ class Engine {
  private:
   struct Kernels {
     cl::Program program;
+    std::size_t items_per_tile = 64;
     cl::Kernel plan, render, render_derivatives, tile_sums, windows, halve_xray, used_tiles;
   };
   struct Scratch {
@@ -103,6 +104,7 @@ class Engine {
   };
 
   Kernels& kernels(int split);
+  int lanesFor(int split) const;
   int chooseSplit(int groups) const;
   cl::Buffer& scratch(Scratch* scratch, std::size_t bytes);
   const ResidentLevel& level(int volume_level) const;

@@ -1,15 +1,20 @@
 // The fast method's device side: Joseph's projector with exact derivatives, windowed sums, normal equations.
-// OpenCL C 1.2. Compile-time constants: SPLIT (work-items that share one ray), 1 … 4.
-//
-// A tile is 8 × 8 pixels: one work-group of 64 · SPLIT work-items renders it. All loop bounds come from the plan, so
-// they are uniform in a group.
+// OpenCL C 1.2. A tile is 8 × 8 pixels: one work-group renders it. Compile-time constants:
+//   LANES  rays that one work-item renders in an inner loop: 64 on a CPU, whose compiler turns that loop into vector
+//          instructions (one work-item per group), 1 on a GPU (64 work-items per group)
+//   SPLIT  work-items that share one ray, each a part of the slices: 1, 2 or 4; more than 1 only with LANES 1
+// All loop bounds come from the plan, so they are uniform in a group.
 
+#ifndef LANES
+#define LANES 1
+#endif
 #ifndef SPLIT
 #define SPLIT 1
 #endif
 #define TILE 8
 #define RAYS 64
-#define GROUP (RAYS * SPLIT)
+#define ITEMS (RAYS / LANES)
+#define GROUP (ITEMS * SPLIT)
 #define POSE_STRIDE 64
 #define SUMS 45
 #define SUM_STRIDE 48
@@ -17,7 +22,10 @@
 #define TERMS 32
 #define BRICK 8
 
-// Layout of one pose's parameters; src/drr/pose_parameters.h writes the same.
+// Calls would keep the loops over rays from becoming vector code.
+#define INLINE static inline __attribute__((always_inline))
+
+// Layout of one pose's parameters; src/drr/pose_parameters.cpp writes the same.
 #define P_DIRECTION 0   // 3 × 3: ray direction in voxels, linear in (u, v, 1)
 #define P_CROSS 9       // 3 × 3: (source × direction), linear in (u, v, 1); source relative to the box centre
 #define P_ROTATION 18   // 3 × 3: camera mm → voxels
@@ -38,100 +46,120 @@ typedef struct {
   int unused;
 } Grid;
 
-inline float linear(__global const float* m, float u, float v) { return fma(m[0], u, fma(m[1], v, m[2])); }
+INLINE float linear(__global const float* m, float u, float v) { return fma(m[0], u, fma(m[1], v, m[2])); }
 
-inline int component_i(int3 v, int axis) { return axis == 0 ? v.x : (axis == 1 ? v.y : v.z); }
-inline float component_f(float3 v, int axis) { return axis == 0 ? v.x : (axis == 1 ? v.y : v.z); }
+INLINE int component_i(int3 v, int axis) { return axis == 0 ? v.x : (axis == 1 ? v.y : v.z); }
+INLINE float component_f(float3 v, int axis) { return axis == 0 ? v.x : (axis == 1 ? v.y : v.z); }
 
 // Tile's image origin. Tiles run row by row.
-inline int2 tile_origin(int tile, int tiles_x) { return (int2)((tile % tiles_x) * TILE, (tile / tiles_x) * TILE); }
+INLINE int2 tile_origin(int tile, int tiles_x) { return (int2)((tile % tiles_x) * TILE, (tile / tiles_x) * TILE); }
+
+// A direction component that is safe to divide by.
+INLINE float away_from_zero(float d) { return fabs(d) < 1e-7f ? 1e-7f : d; }
 
 // ---------------------------------------------------------------------------------------------------------------
-// Plan: per tile the dominant axis and the range of slices that can hold tissue. One group per (tile, pose); each
-// work-item tests bricks of slices against the occupancy grid.
-__kernel __attribute__((reqd_work_group_size(RAYS, 1, 1)))
-void plan(__global const uchar* occupancy, const Grid grid, __global const float* poses, const int tiles_x,
-          const int tiles, const int first_pose, __global const int* tile_used, __global int4* plans) {
+// Plan: per tile the dominant axis and the range of slices that can hold tissue, from the occupancy grid.
+typedef struct {
+  float m_a[4], m_b[4], a_c[4], b_c[4];  // the tile's corner rays
+} Corners;
+
+// Whether a brick of slices, seen through the tile, touches tissue. The in-slice coordinates are ratios of linear
+// functions of the pixel and linear in the slice, so their extremes over tile and brick are at the corners.
+INLINE int touches_tissue(__global const uchar* occupancy, const Grid grid, const Corners* corners, int k, int brick) {
+  const int a = (k + 1) % 3, b = (k + 2) % 3;
+  const int3 size = (int3)(grid.size_x, grid.size_y, grid.size_z);
+  const int3 bricks = (int3)(grid.bricks_x, grid.bricks_y, grid.bricks_z);
+  const float centre_k = component_f((float3)(grid.centre_x, grid.centre_y, grid.centre_z), k);
+  const float j_low = (float)(brick * BRICK) - centre_k;
+  const float j_high = (float)(min(brick * BRICK + BRICK, component_i(size, k)) - 1) - centre_k;
+  float a_low = 1e30f, a_high = -1e30f, b_low = 1e30f, b_high = -1e30f;
+  for (int corner = 0; corner < 4; ++corner) {
+    const float a1 = fma(j_low, corners->m_a[corner], corners->a_c[corner]);
+    const float a2 = fma(j_high, corners->m_a[corner], corners->a_c[corner]);
+    const float b1 = fma(j_low, corners->m_b[corner], corners->b_c[corner]);
+    const float b2 = fma(j_high, corners->m_b[corner], corners->b_c[corner]);
+    a_low = fmin(a_low, fmin(a1, a2));
+    a_high = fmax(a_high, fmax(a1, a2));
+    b_low = fmin(b_low, fmin(b1, b2));
+    b_high = fmax(b_high, fmax(b1, b2));
+  }
+  // A hundredth of a voxel covers the rounding of the march's own coordinates.
+  const int a_first = (int)(fmax(a_low - 0.01f, 0.0f)) / BRICK;
+  const int a_last = a_high < 0.0f ? -1 : (int)fmin(a_high + 0.01f, (float)(component_i(size, a) - 1)) / BRICK;
+  const int b_first = (int)(fmax(b_low - 0.01f, 0.0f)) / BRICK;
+  const int b_last = b_high < 0.0f ? -1 : (int)fmin(b_high + 0.01f, (float)(component_i(size, b) - 1)) / BRICK;
+  const int3 stride = (int3)(1, bricks.x, bricks.x * bricks.y);
+  const int stride_a = component_i(stride, a), stride_b = component_i(stride, b);
+  const int start = brick * component_i(stride, k);
+  for (int ib = b_first; ib <= b_last; ++ib) {
+    for (int ia = a_first; ia <= a_last; ++ia) {
+      if (occupancy[start + ia * stride_a + ib * stride_b]) return 1;
+    }
+  }
+  return 0;
+}
+
+// One group per (tile, pose). With LANES 1 its work-items test the bricks side by side, else one looks from both ends.
+__kernel void plan(__global const uchar* occupancy, const Grid grid, __global const float* poses, const int tiles_x,
+                   const int tiles, __global const int* tile_used, __global int4* plans) {
   __local int first, last;
   const int lid = get_local_id(0);
   const int tile = get_group_id(0) % tiles;
-  const int pose_index = get_group_id(0) / tiles;
-  __global const float* pose = poses + (first_pose + pose_index) * POSE_STRIDE;
+  __global const float* pose = poses + (get_group_id(0) / tiles) * POSE_STRIDE;
   const int2 origin = tile_origin(tile, tiles_x);
   const float u0 = (float)origin.x - pose[P_MID_U];
   const float v0 = (float)origin.y - pose[P_MID_V];
   const int used = tile_used[tile];
 
   const float um = u0 + 0.5f * (TILE - 1), vm = v0 + 0.5f * (TILE - 1);
-  const float3 dm = (float3)(linear(pose + P_DIRECTION, um, vm), linear(pose + P_DIRECTION + 3, um, vm),
-                             linear(pose + P_DIRECTION + 6, um, vm));
-  const float3 ad = fabs(dm);
-  const int k = (ad.x >= ad.y && ad.x >= ad.z) ? 0 : (ad.y >= ad.z ? 1 : 2);
+  const float3 middle = (float3)(linear(pose + P_DIRECTION, um, vm), linear(pose + P_DIRECTION + 3, um, vm),
+                                 linear(pose + P_DIRECTION + 6, um, vm));
+  const float3 size_of = fabs(middle);
+  const int k = (size_of.x >= size_of.y && size_of.x >= size_of.z) ? 0 : (size_of.y >= size_of.z ? 1 : 2);
   const int a = (k + 1) % 3, b = (k + 2) % 3;
-  const int3 size = (int3)(grid.size_x, grid.size_y, grid.size_z);
-  const int3 bricks = (int3)(grid.bricks_x, grid.bricks_y, grid.bricks_z);
   const float3 centre = (float3)(grid.centre_x, grid.centre_y, grid.centre_z);
-  const float ck = component_f(centre, k), ca = component_f(centre, a), cb = component_f(centre, b);
-  const float source_k = pose[P_SOURCE + k];
-  const float forward = component_f(dm, k) >= 0.0f ? 1.0f : -1.0f;
+  Corners corners;
+  for (int corner = 0; corner < 4; ++corner) {
+    const float u = u0 + ((corner & 1) ? (float)(TILE - 1) : 0.0f);
+    const float v = v0 + ((corner & 2) ? (float)(TILE - 1) : 0.0f);
+    const float inv_dk = 1.0f / away_from_zero(linear(pose + P_DIRECTION + 3 * k, u, v));
+    corners.m_a[corner] = linear(pose + P_DIRECTION + 3 * a, u, v) * inv_dk;
+    corners.m_b[corner] = linear(pose + P_DIRECTION + 3 * b, u, v) * inv_dk;
+    corners.a_c[corner] = -linear(pose + P_CROSS + 3 * b, u, v) * inv_dk + component_f(centre, a);
+    corners.b_c[corner] = linear(pose + P_CROSS + 3 * a, u, v) * inv_dk + component_f(centre, b);
+  }
+  const int bricks_k = component_i((int3)(grid.bricks_x, grid.bricks_y, grid.bricks_z), k);
 
   if (lid == 0) {
-    first = INT_MAX;
-    last = INT_MIN;
+    first = bricks_k;
+    last = -1;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  const int bricks_k = component_i(bricks, k);
-  for (int brick = lid; brick < bricks_k; brick += RAYS) {
-    // Interval of both in-slice coordinates over the tile's corners and the brick's end slices: the coordinates are
-    // ratios of linear functions of the pixel and linear in the slice, so the extremes are at the corners.
-    const float j_low = (float)(brick * BRICK) - ck;
-    const float j_high = (float)(min(brick * BRICK + BRICK - 1, component_i(size, k) - 1)) - ck;
-    float a_low = 1e30f, a_high = -1e30f, b_low = 1e30f, b_high = -1e30f;
-    for (int corner = 0; corner < 4; ++corner) {
-      const float u = u0 + ((corner & 1) ? (float)(TILE - 1) : 0.0f);
-      const float v = v0 + ((corner & 2) ? (float)(TILE - 1) : 0.0f);
-      const float dk_raw = linear(pose + P_DIRECTION + 3 * k, u, v);
-      const float inv_dk = 1.0f / (fabs(dk_raw) < 1e-7f ? 1e-7f * forward : dk_raw);
-      const float m_a = linear(pose + P_DIRECTION + 3 * a, u, v) * inv_dk;
-      const float m_b = linear(pose + P_DIRECTION + 3 * b, u, v) * inv_dk;
-      const float a_c = -linear(pose + P_CROSS + 3 * b, u, v) * inv_dk + ca;
-      const float b_c = linear(pose + P_CROSS + 3 * a, u, v) * inv_dk + cb;
-      const float a1 = fma(j_low, m_a, a_c), a2 = fma(j_high, m_a, a_c);
-      const float b1 = fma(j_low, m_b, b_c), b2 = fma(j_high, m_b, b_c);
-      a_low = fmin(a_low, fmin(a1, a2));
-      a_high = fmax(a_high, fmax(a1, a2));
-      b_low = fmin(b_low, fmin(b1, b2));
-      b_high = fmax(b_high, fmax(b1, b2));
-    }
-    const int bricks_a = component_i(bricks, a), bricks_b = component_i(bricks, b);
-    // A hundredth of a voxel covers the rounding of the march's own coordinates.
-    const int a_first = (int)floor((fmax(a_low - 0.01f, 0.0f)) / BRICK);
-    const int a_last = (int)floor(fmin(a_high + 0.01f, (float)(bricks_a * BRICK - 1)) / BRICK);
-    const int b_first = (int)floor((fmax(b_low - 0.01f, 0.0f)) / BRICK);
-    const int b_last = (int)floor(fmin(b_high + 0.01f, (float)(bricks_b * BRICK - 1)) / BRICK);
-    int found = 0;
-    for (int ib = b_first; ib <= b_last; ++ib) {
-      for (int ia = a_first; ia <= a_last; ++ia) {
-        const int x = k == 0 ? brick : (a == 0 ? ia : ib);
-        const int y = k == 1 ? brick : (a == 1 ? ia : ib);
-        const int z = k == 2 ? brick : (a == 2 ? ia : ib);
-        found |= occupancy[(z * grid.bricks_y + y) * grid.bricks_x + x];
-      }
-    }
-    if (found) {
+#if LANES > 1
+  if (used) {
+    int low = 0, high = bricks_k - 1;
+    while (low < bricks_k && !touches_tissue(occupancy, grid, &corners, k, low)) ++low;
+    while (high > low && !touches_tissue(occupancy, grid, &corners, k, high)) --high;
+    first = low;
+    last = low < bricks_k ? high : -1;
+  }
+#else
+  for (int brick = lid; brick < bricks_k && used; brick += get_local_size(0)) {
+    if (touches_tissue(occupancy, grid, &corners, k, brick)) {
       atomic_min(&first, brick);
       atomic_max(&last, brick);
     }
   }
+#endif
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0) {
     int j0 = 0, j1 = -1;
-    if (used && first <= last) {
+    if (first <= last) {
       j0 = first * BRICK;
-      j1 = min(last * BRICK + BRICK, component_i(size, k)) - 1;
+      j1 = min(last * BRICK + BRICK, component_i((int3)(grid.size_x, grid.size_y, grid.size_z), k)) - 1;
       // Only what lies in front of the source counts; the source may be inside the volume.
-      const float source_slice = clamp(source_k + ck, -1e6f, 1e6f);
-      if (forward > 0.0f) j0 = max(j0, (int)ceil(source_slice));
+      const float source_slice = clamp(pose[P_SOURCE + k] + component_f(centre, k), -1e6f, 1e6f);
+      if (component_f(middle, k) >= 0.0f) j0 = max(j0, (int)ceil(source_slice));
       else j1 = min(j1, (int)floor(source_slice));
     }
     plans[get_group_id(0)] = (int4)(k, j0, j1, used);
@@ -139,119 +167,209 @@ void plan(__global const uchar* occupancy, const Grid grid, __global const float
 }
 
 // ---------------------------------------------------------------------------------------------------------------
-// One ray's march. In-slice axes are named p (the axis whose neighbours share a word: z, unless z is the dominant
-// axis) and q. Coordinates are padded voxel indices; two layers of air around the box let a clamp replace a branch:
-// a clamped sample lies between two air voxels, so value and derivatives are zero.
-typedef struct {
-  float value, dp, dq, jdp, jdq;
-} MarchSums;
-
-typedef struct {
-  float p_c, m_p, p_max;
-  float q_c, m_q, q_max;
-  float centre_k;
-  int stride_p, stride_q, stride_k;
-} MarchRay;
-
-#define MARCH_POSITION                                              \
-  const float t = (float)j - ray.centre_k;                          \
-  const float p = clamp(fma(t, ray.m_p, ray.p_c), 0.0f, ray.p_max); \
-  const float q = clamp(fma(t, ray.m_q, ray.q_c), 0.0f, ray.q_max); \
-  const int ip = (int)p, iq = (int)q;                               \
-  const float fp = p - (float)ip, fq = q - (float)iq;               \
-  const int index = ip * ray.stride_p + iq * ray.stride_q + j * ray.stride_k;
-
-#define LOW(word) ((float)(int)((word) & 0xffffu))
-#define HIGH(word) ((float)(int)((word) >> 16))
-
-#define MARCH_PAIRED                                   \
-  const uint word0 = volume[index];                    \
-  const uint word1 = volume[index + ray.stride_q];     \
-  const float v00 = LOW(word0), v01 = HIGH(word0), v10 = LOW(word1), v11 = HIGH(word1);
-
-#define MARCH_SINGLE                                              \
-  const float v00 = LOW(volume[index]);                           \
-  const float v01 = LOW(volume[index + ray.stride_p]);            \
-  const float v10 = LOW(volume[index + ray.stride_q]);            \
-  const float v11 = LOW(volume[index + ray.stride_p + ray.stride_q]);
-
-#define MARCH_ACCUMULATE                        \
-  const float d0 = v01 - v00, d1 = v11 - v10;   \
-  const float e0 = fma(fp, d0, v00);            \
-  const float e1 = fma(fp, d1, v10);            \
-  const float dq = e1 - e0;                     \
-  const float dp = fma(fq, d1 - d0, d0);        \
-  sums.value += fma(fq, dq, e0);                \
-  sums.dp += dp;                                \
-  sums.dq += dq;                                \
-  sums.jdp = fma(t, dp, sums.jdp);              \
-  sums.jdq = fma(t, dq, sums.jdq);
-
-#define MARCH_ACCUMULATE_VALUE                  \
-  const float e0 = fma(fp, v01 - v00, v00);     \
-  const float e1 = fma(fp, v11 - v10, v10);     \
-  sums.value += fma(fq, e1 - e0, e0);
+// The march. In-slice axes are named p (the axis whose neighbours share a word: z, unless z is the dominant axis) and
+// q. Coordinates are padded voxel indices; two layers of air around the box let a clamp replace a branch: a clamped
+// sample lies between two air voxels, so value and derivatives are zero.
+//
+// For dominant axis k the cyclic in-slice axes are a = k + 1, b = k + 2. The pair axis z is b for k = 0, a for k = 1;
+// for k = 2 there is none and p = a.
 
 // What the chain rule needs of a ray besides the sums.
 typedef struct {
-  float3 direction;   // voxels
   float3 d_camera;    // camera axes, z = 1
+  float m_a, m_b;     // in-slice steps per slice
   float inv_dk;
   float length_mm;    // between slices, along the ray
 } RayGeometry;
 
-inline RayGeometry ray_geometry(__global const float* pose, int k, float u, float v) {
+INLINE RayGeometry ray_geometry(__global const float* pose, int k, float u, float v) {
+  const int a = (k + 1) % 3, b = (k + 2) % 3;
   RayGeometry g;
-  g.direction = (float3)(linear(pose + P_DIRECTION, u, v), linear(pose + P_DIRECTION + 3, u, v),
-                         linear(pose + P_DIRECTION + 6, u, v));
-  const float dk = component_f(g.direction, k);
-  g.inv_dk = 1.0f / (fabs(dk) < 1e-7f ? 1e-7f : dk);
+  g.inv_dk = 1.0f / away_from_zero(linear(pose + P_DIRECTION + 3 * k, u, v));
+  g.m_a = linear(pose + P_DIRECTION + 3 * a, u, v) * g.inv_dk;
+  g.m_b = linear(pose + P_DIRECTION + 3 * b, u, v) * g.inv_dk;
   g.d_camera = (float3)((u - pose[P_CX]) * pose[P_INV_FX], (v - pose[P_CY]) * pose[P_INV_FY], 1.0f);
   g.length_mm = sqrt(fma(g.d_camera.x, g.d_camera.x, fma(g.d_camera.y, g.d_camera.y, 1.0f))) * fabs(g.inv_dk);
   return g;
 }
 
-// For dominant axis k the cyclic in-slice axes are a = k + 1, b = k + 2. The pair axis is z = axis 2: it is b for
-// k = 0, a for k = 1; for k = 2 there is none and p = a.
-inline MarchRay march_ray(__global const float* pose, const Grid grid, int k, float u, float v, float inv_dk) {
-  const int a = (k + 1) % 3, b = (k + 2) % 3;
-  const float3 centre = (float3)(grid.centre_x, grid.centre_y, grid.centre_z);
-  const int3 size = (int3)(grid.size_x, grid.size_y, grid.size_z);
-  const int3 stride = (int3)(1, grid.size_x, grid.size_x * grid.size_y);
-  const float m_a = linear(pose + P_DIRECTION + 3 * a, u, v) * inv_dk;
-  const float m_b = linear(pose + P_DIRECTION + 3 * b, u, v) * inv_dk;
-  const float a_c = -linear(pose + P_CROSS + 3 * b, u, v) * inv_dk + component_f(centre, a);
-  const float b_c = linear(pose + P_CROSS + 3 * a, u, v) * inv_dk + component_f(centre, b);
-  const int p_is_b = k == 0;
-  MarchRay ray;
-  ray.p_c = p_is_b ? b_c : a_c;
-  ray.m_p = p_is_b ? m_b : m_a;
-  ray.q_c = p_is_b ? a_c : b_c;
-  ray.m_q = p_is_b ? m_a : m_b;
-  ray.p_max = (float)(component_i(size, p_is_b ? b : a) - 2);
-  ray.q_max = (float)(component_i(size, p_is_b ? a : b) - 2);
-  ray.stride_p = component_i(stride, p_is_b ? b : a);
-  ray.stride_q = component_i(stride, p_is_b ? a : b);
-  ray.stride_k = component_i(stride, k);
-  ray.centre_k = component_f(centre, k);
-  return ray;
+#define LOW(word) ((float)(int)((word) & 0xffffu))
+#define HIGH(word) ((float)(int)((word) >> 16))
+
+#define POSITION                                              \
+  const float p = clamp(fma(t, m_p[r], p_c[r]), 0.0f, p_max); \
+  const float q = clamp(fma(t, m_q[r], q_c[r]), 0.0f, q_max); \
+  const int ip = (int)p, iq = (int)q;                         \
+  const float fp = p - (float)ip, fq = q - (float)iq;         \
+  const int index = ip * stride_p + iq * stride_q + offset;
+
+#define LOAD_PAIRED()                            \
+  const uint word0 = volume[index];             \
+  const uint word1 = volume[index + stride_q];  \
+  const float v00 = LOW(word0), v01 = HIGH(word0), v10 = LOW(word1), v11 = HIGH(word1);
+
+#define LOAD_SINGLE()                                 \
+  const float v00 = LOW(volume[index]);              \
+  const float v01 = LOW(volume[index + stride_p]);   \
+  const float v10 = LOW(volume[index + stride_q]);   \
+  const float v11 = LOW(volume[index + stride_p + stride_q]);
+
+#define ACCUMULATE()                            \
+  const float d0 = v01 - v00, d1 = v11 - v10;   \
+  const float e0 = fma(fp, d0, v00);            \
+  const float dq = fma(fp, d1, v10) - e0;       \
+  const float dp = fma(fq, d1 - d0, d0);        \
+  s_value += fma(fq, dq, e0);                   \
+  s_dp += dp;                                   \
+  s_dq += dq;                                   \
+  s_jdp = fma(t, dp, s_jdp);                    \
+  s_jdq = fma(t, dq, s_jdq);
+
+#define ACCUMULATE_VALUE()                      \
+  const float e0 = fma(fp, v01 - v00, v00);     \
+  const float e1 = fma(fp, v11 - v10, v10);     \
+  s_value += fma(fq, e1 - e0, e0);
+
+// One pass over the rays for UNROLL slices: the sums stay in registers in between.
+#define SLICES_OF(COUNT, LOAD, ADD)                          \
+  for (int r = 0; r < LANES; ++r) {                          \
+    float s_value = value[r];                                \
+    LOAD_SUMS                                                \
+    _Pragma("unroll") for (int i = 0; i < COUNT; ++i) {      \
+      const float t = (float)(j + i) - centre_k;             \
+      const int offset = (j + i) * stride_k;                 \
+      POSITION LOAD() ADD()                                    \
+    }                                                        \
+    value[r] = s_value;                                      \
+    STORE_SUMS                                               \
+  }
+#define UNROLL 4
+
+#define MARCH(LOAD, ADD)                                                     \
+  {                                                                          \
+    int j = j_begin;                                                         \
+    for (; j + UNROLL <= j_end; j += UNROLL) { SLICES_OF(UNROLL, LOAD, ADD) } \
+    for (; j < j_end; ++j) { SLICES_OF(1, LOAD, ADD) }                       \
+  }
+
+// Everything a render kernel starts with: tile, plan, rays, this work-item's share of the slices.
+#define PREPARE_RAYS                                                                          \
+  const int first_ray = (get_local_id(0) % ITEMS) * LANES;                                    \
+  const int part = get_local_id(0) / ITEMS;                                                   \
+  const int tile = get_group_id(0) % tiles;                                                   \
+  const int pose_index = get_group_id(0) / tiles;                                             \
+  __global const float* pose = poses + pose_index * POSE_STRIDE;                              \
+  const int4 plan_of_tile = plans[get_group_id(0)];                                           \
+  const int k = plan_of_tile.x;                                                               \
+  const int2 origin = tile_origin(tile, tiles_x);                                             \
+  const int a = (k + 1) % 3, b = (k + 2) % 3;                                                 \
+  const int p_axis = k == 0 ? b : a, q_axis = k == 0 ? a : b;                                 \
+  const float3 centre = (float3)(grid.centre_x, grid.centre_y, grid.centre_z);                \
+  const int3 size = (int3)(grid.size_x, grid.size_y, grid.size_z);                            \
+  const int3 strides = (int3)(1, grid.size_x, grid.size_x * grid.size_y);                     \
+  const float centre_k = component_f(centre, k);                                              \
+  const float p_max = (float)(component_i(size, p_axis) - 2);                                 \
+  const float q_max = (float)(component_i(size, q_axis) - 2);                                 \
+  const int stride_p = component_i(strides, p_axis), stride_q = component_i(strides, q_axis); \
+  const int stride_k = component_i(strides, k);                                               \
+  const int share = (plan_of_tile.z - plan_of_tile.y + SPLIT) / SPLIT;                        \
+  const int j_begin = plan_of_tile.y + part * share;                                          \
+  const int j_end = min(j_begin + share, plan_of_tile.z + 1);                                 \
+  float p_c[LANES], m_p[LANES], q_c[LANES], m_q[LANES];                                       \
+  for (int r = 0; r < LANES; ++r) {                                                           \
+    const float u = RAY_U(first_ray + r), v = RAY_V(first_ray + r);                           \
+    const float inv_dk = 1.0f / away_from_zero(linear(pose + P_DIRECTION + 3 * k, u, v));     \
+    /* (source × direction): a_c = -cross_b / d_k, b_c = cross_a / d_k */                     \
+    const float a_c = -linear(pose + P_CROSS + 3 * b, u, v) * inv_dk + component_f(centre, a); \
+    const float b_c = linear(pose + P_CROSS + 3 * a, u, v) * inv_dk + component_f(centre, b); \
+    p_c[r] = k == 0 ? b_c : a_c;                                                              \
+    q_c[r] = k == 0 ? a_c : b_c;                                                              \
+    m_p[r] = linear(pose + P_DIRECTION + 3 * p_axis, u, v) * inv_dk;                          \
+    m_q[r] = linear(pose + P_DIRECTION + 3 * q_axis, u, v) * inv_dk;                          \
+  }
+
+#define RAY_COLUMN(ray) (origin.x + ((ray) & 7))
+#define RAY_ROW(ray) (origin.y + ((ray) >> 3))
+#define RAY_U(ray) ((float)RAY_COLUMN(ray) - pose[P_MID_U])
+#define RAY_V(ray) ((float)RAY_ROW(ray) - pose[P_MID_V])
+
+// ---------------------------------------------------------------------------------------------------------------
+// Value only: the DRR.
+__kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
+void render(__global const uint* volume, const Grid grid, __global const float* poses, __global const int4* plans,
+            const int tiles_x, const int tiles, const int width, const int height, __global float* image) {
+  PREPARE_RAYS
+  float value[LANES];
+  for (int r = 0; r < LANES; ++r) value[r] = 0.0f;
+#define LOAD_SUMS
+#define STORE_SUMS
+  if (k == 2) MARCH(LOAD_SINGLE, ACCUMULATE_VALUE)
+  else MARCH(LOAD_PAIRED, ACCUMULATE_VALUE)
+#undef LOAD_SUMS
+#undef STORE_SUMS
+#if SPLIT > 1
+  __local float parts[GROUP];
+  parts[get_local_id(0)] = value[0];
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (part > 0) return;
+  for (int other = 1; other < SPLIT; ++other) value[0] += parts[other * RAYS + first_ray];
+#endif
+  for (int r = 0; r < LANES; ++r) {
+    const int ray = first_ray + r;
+    const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
+    if (column < width && row < height) {
+      const RayGeometry g = ray_geometry(pose, k, RAY_U(ray), RAY_V(ray));
+      image[(pose_index * height + row) * width + column] = value[r] * g.length_mm * pose[P_SCALE];
+    }
+  }
 }
 
-// The six partial derivatives of the line integral by the twist [v; ω], from the march's sums.
-inline void chain_rule(__global const float* pose, int k, const RayGeometry g, const MarchSums s, float* partial) {
-  const int a = (k + 1) % 3, b = (k + 2) % 3;
-  const int p_is_b = k == 0;
-  const float w = g.length_mm * pose[P_SCALE];
-  const float sa = w * (p_is_b ? s.dq : s.dp), sb = w * (p_is_b ? s.dp : s.dq);
-  const float ja = w * (p_is_b ? s.jdq : s.jdp), jb = w * (p_is_b ? s.jdp : s.jdq);
-  const float value = w * s.value;
-  const float m_a = component_f(g.direction, a) * g.inv_dk, m_b = component_f(g.direction, b) * g.inv_dk;
-  const float source_k = pose[P_SOURCE + k];
-  for (int i = 0; i < 3; ++i) {  // Translation moves the source alone.
-    __global const float* ds = pose + P_DSOURCE + 3 * i;
-    partial[i] = fma(fma(-ds[k], m_a, ds[a]), sa, fma(-ds[k], m_b, ds[b]) * sb);
+// The five sums of a march with derivatives: ΣB, Σ∂pB, Σ∂qB, Σ j ∂pB, Σ j ∂qB, with j from the box centre.
+#define LOAD_SUMS float s_dp = sum_dp[r], s_dq = sum_dq[r], s_jdp = sum_jdp[r], s_jdq = sum_jdq[r];
+#define STORE_SUMS        \
+  sum_dp[r] = s_dp;       \
+  sum_dq[r] = s_dq;       \
+  sum_jdp[r] = s_jdp;     \
+  sum_jdq[r] = s_jdq;
+#define MARCH_WITH_DERIVATIVES                                                        \
+  float value[LANES], sum_dp[LANES], sum_dq[LANES], sum_jdp[LANES], sum_jdq[LANES];   \
+  for (int r = 0; r < LANES; ++r) {                                                   \
+    value[r] = sum_dp[r] = sum_dq[r] = sum_jdp[r] = sum_jdq[r] = 0.0f;                \
+  }                                                                                   \
+  if (k == 2) MARCH(LOAD_SINGLE, ACCUMULATE)                                          \
+  else MARCH(LOAD_PAIRED, ACCUMULATE)
+
+#if SPLIT > 1
+#define JOIN_PARTS                                                     \
+  __local float parts[5 * GROUP];                                      \
+  parts[get_local_id(0)] = value[0];                                   \
+  parts[GROUP + get_local_id(0)] = sum_dp[0];                          \
+  parts[2 * GROUP + get_local_id(0)] = sum_dq[0];                      \
+  parts[3 * GROUP + get_local_id(0)] = sum_jdp[0];                     \
+  parts[4 * GROUP + get_local_id(0)] = sum_jdq[0];                     \
+  barrier(CLK_LOCAL_MEM_FENCE);                                        \
+  for (int other = 1; other < SPLIT && part == 0; ++other) {           \
+    value[0] += parts[other * RAYS + first_ray];                       \
+    sum_dp[0] += parts[GROUP + other * RAYS + first_ray];              \
+    sum_dq[0] += parts[2 * GROUP + other * RAYS + first_ray];          \
+    sum_jdp[0] += parts[3 * GROUP + other * RAYS + first_ray];         \
+    sum_jdq[0] += parts[4 * GROUP + other * RAYS + first_ray];         \
   }
-  for (int i = 0; i < 3; ++i) {  // Rotation moves source and direction: d(direction) = -G (e_i × d_camera).
+#else
+#define JOIN_PARTS
+#endif
+
+// The six partial derivatives of the line integral by the twist [v; ω]: the sums' weights by the chain rule.
+//   d f = -(dd_k / d_k) f + w Σ [ ∂aB (do_a - do_k m_a + (j - o_k) dm_a) + ∂bB (…) ],  dm_a = (dd_a - m_a dd_k) / d_k
+INLINE void chain_rule(__global const float* pose, int k, const RayGeometry g, float value, float sa, float sb,
+                       float ja, float jb, float* partial) {
+  const int a = (k + 1) % 3, b = (k + 2) % 3;
+  const float source_k = pose[P_SOURCE + k];
+  _Pragma("unroll") for (int i = 0; i < 3; ++i) {  // Translation moves the source alone.
+    __global const float* ds = pose + P_DSOURCE + 3 * i;
+    partial[i] = fma(fma(-ds[k], g.m_a, ds[a]), sa, fma(-ds[k], g.m_b, ds[b]) * sb);
+  }
+  _Pragma("unroll") for (int i = 0; i < 3; ++i) {  // Rotation: d(direction) = -G (e_i × d_camera).
     __global const float* ds = pose + P_DSOURCE + 9 + 3 * i;
     const float3 turned = i == 0 ? (float3)(0.0f, -g.d_camera.z, g.d_camera.y)
                                  : (i == 1 ? (float3)(g.d_camera.z, 0.0f, -g.d_camera.x)
@@ -260,118 +378,39 @@ inline void chain_rule(__global const float* pose, int k, const RayGeometry g, c
     const float dd_k = -(rotation[3 * k] * turned.x + rotation[3 * k + 1] * turned.y + rotation[3 * k + 2] * turned.z);
     const float dd_a = -(rotation[3 * a] * turned.x + rotation[3 * a + 1] * turned.y + rotation[3 * a + 2] * turned.z);
     const float dd_b = -(rotation[3 * b] * turned.x + rotation[3 * b + 1] * turned.y + rotation[3 * b + 2] * turned.z);
-    const float dm_a = (dd_a - m_a * dd_k) * g.inv_dk;
-    const float dm_b = (dd_b - m_b * dd_k) * g.inv_dk;
-    partial[3 + i] = -dd_k * g.inv_dk * value + fma(-source_k, dm_a, fma(-ds[k], m_a, ds[a])) * sa + dm_a * ja +
-                     fma(-source_k, dm_b, fma(-ds[k], m_b, ds[b])) * sb + dm_b * jb;
+    const float dm_a = (dd_a - g.m_a * dd_k) * g.inv_dk;
+    const float dm_b = (dd_b - g.m_b * dd_k) * g.inv_dk;
+    partial[3 + i] = -dd_k * g.inv_dk * value + fma(-source_k, dm_a, fma(-ds[k], g.m_a, ds[a])) * sa + dm_a * ja +
+                     fma(-source_k, dm_b, fma(-ds[k], g.m_b, ds[b])) * sb + dm_b * jb;
   }
 }
 
-// Slices of this work-item's share of a ray. With SPLIT = 1 all of them.
-#define SHARE_OF_SLICES(part)                                     \
-  const int slices = plan_of_tile.z - plan_of_tile.y + 1;         \
-  const int share = (slices + SPLIT - 1) / SPLIT;                 \
-  const int j_begin = plan_of_tile.y + (part) * share;            \
-  const int j_end = SPLIT == 1 ? plan_of_tile.z + 1 : min(j_begin + share, plan_of_tile.z + 1);
-
-// ---------------------------------------------------------------------------------------------------------------
-// Value only: the DRR.
-__kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
-void render(__global const uint* volume, const Grid grid, __global const float* poses, __global const int4* plans,
-            const int tiles_x, const int tiles, const int width, const int height, __global float* image) {
-  const int ray_id = get_local_id(0) % RAYS;
-  const int tile = get_group_id(0) % tiles;
-  const int pose_index = get_group_id(0) / tiles;
-  __global const float* pose = poses + pose_index * POSE_STRIDE;
-  const int4 plan_of_tile = plans[get_group_id(0)];
-  const int k = plan_of_tile.x;
-  const int2 origin = tile_origin(tile, tiles_x);
-  const int column = origin.x + (ray_id & 7), row = origin.y + (ray_id >> 3);
-  const float u = (float)column - pose[P_MID_U], v = (float)row - pose[P_MID_V];
-  const RayGeometry g = ray_geometry(pose, k, u, v);
-  const MarchRay ray = march_ray(pose, grid, k, u, v, g.inv_dk);
-  MarchSums sums = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-  SHARE_OF_SLICES(get_local_id(0) / RAYS)
-  if (k == 2) {
-    for (int j = j_begin; j < j_end; ++j) {
-      MARCH_POSITION MARCH_SINGLE MARCH_ACCUMULATE_VALUE
-    }
-  } else {
-    for (int j = j_begin; j < j_end; ++j) {
-      MARCH_POSITION MARCH_PAIRED MARCH_ACCUMULATE_VALUE
-    }
-  }
-#if SPLIT > 1
-  __local float parts[GROUP];
-  parts[get_local_id(0)] = sums.value;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) < RAYS) {
-    for (int part = 1; part < SPLIT; ++part) sums.value += parts[part * RAYS + ray_id];
-  }
-#endif
-  if (get_local_id(0) < RAYS && column < width && row < height) {
-    image[(pose_index * height + row) * width + column] = sums.value * g.length_mm * pose[P_SCALE];
-  }
-}
-
-#define MARCH_WITH_DERIVATIVES                                   \
-  MarchSums sums = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f};               \
-  SHARE_OF_SLICES(get_local_id(0) / RAYS)                        \
-  if (k == 2) {                                                  \
-    for (int j = j_begin; j < j_end; ++j) {                      \
-      MARCH_POSITION MARCH_SINGLE MARCH_ACCUMULATE               \
-    }                                                            \
-  } else {                                                       \
-    for (int j = j_begin; j < j_end; ++j) {                      \
-      MARCH_POSITION MARCH_PAIRED MARCH_ACCUMULATE               \
-    }                                                            \
-  }
-
-#if SPLIT > 1
-#define JOIN_PARTS                                                                        \
-  __local float parts[5 * GROUP];                                                         \
-  parts[get_local_id(0)] = sums.value;                                                    \
-  parts[GROUP + get_local_id(0)] = sums.dp;                                               \
-  parts[2 * GROUP + get_local_id(0)] = sums.dq;                                           \
-  parts[3 * GROUP + get_local_id(0)] = sums.jdp;                                          \
-  parts[4 * GROUP + get_local_id(0)] = sums.jdq;                                          \
-  barrier(CLK_LOCAL_MEM_FENCE);                                                           \
-  if (get_local_id(0) < RAYS) {                                                           \
-    for (int part = 1; part < SPLIT; ++part) {                                            \
-      sums.value += parts[part * RAYS + ray_id];                                          \
-      sums.dp += parts[GROUP + part * RAYS + ray_id];                                     \
-      sums.dq += parts[2 * GROUP + part * RAYS + ray_id];                                 \
-      sums.jdp += parts[3 * GROUP + part * RAYS + ray_id];                                \
-      sums.jdq += parts[4 * GROUP + part * RAYS + ray_id];                                \
-    }                                                                                     \
-  }
-#else
-#define JOIN_PARTS
-#endif
+// Declares `line_integral` and `partial` of lane r.
+#define DERIVATIVES_OF_RAY                                                                              \
+  const RayGeometry g = ray_geometry(pose, k, RAY_U(first_ray + r), RAY_V(first_ray + r));              \
+  const float mm = g.length_mm * pose[P_SCALE];                                                         \
+  const float line_integral = value[r] * mm;                                                            \
+  float partial[6];                                                                                     \
+  chain_rule(pose, k, g, line_integral, mm * (k == 0 ? sum_dq[r] : sum_dp[r]),                          \
+             mm * (k == 0 ? sum_dp[r] : sum_dq[r]), mm * (k == 0 ? sum_jdq[r] : sum_jdp[r]),            \
+             mm * (k == 0 ? sum_jdp[r] : sum_jdq[r]), partial);
 
 // Value and derivatives as seven images, for tests and for whoever wants to look at them.
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
 void render_derivatives(__global const uint* volume, const Grid grid, __global const float* poses,
                         __global const int4* plans, const int tiles_x, const int tiles, const int width,
                         const int height, __global float* images) {
-  const int ray_id = get_local_id(0) % RAYS;
-  const int tile = get_group_id(0) % tiles;
-  __global const float* pose = poses;
-  const int4 plan_of_tile = plans[get_group_id(0)];
-  const int k = plan_of_tile.x;
-  const int2 origin = tile_origin(tile, tiles_x);
-  const int column = origin.x + (ray_id & 7), row = origin.y + (ray_id >> 3);
-  const float u = (float)column - pose[P_MID_U], v = (float)row - pose[P_MID_V];
-  const RayGeometry g = ray_geometry(pose, k, u, v);
-  const MarchRay ray = march_ray(pose, grid, k, u, v, g.inv_dk);
+  PREPARE_RAYS
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
-  if (get_local_id(0) < RAYS && column < width && row < height) {
-    float partial[6];
-    chain_rule(pose, k, g, sums, partial);
-    const int pixel = row * width + column;
-    images[pixel] = sums.value * g.length_mm * pose[P_SCALE];
-    for (int i = 0; i < 6; ++i) images[(i + 1) * width * height + pixel] = partial[i];
+  for (int r = 0; r < LANES; ++r) {
+    const int column = RAY_COLUMN(first_ray + r), row = RAY_ROW(first_ray + r);
+    if (part == 0 && column < width && row < height) {
+      DERIVATIVES_OF_RAY
+      const int pixel = row * width + column;
+      images[pixel] = line_integral;
+      for (int i = 0; i < 6; ++i) images[(i + 1) * width * height + pixel] = partial[i];
+    }
   }
 }
 
@@ -382,52 +421,62 @@ __constant uchar kFirst[SUMS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1,
                                  2, 3, 3, 3, 3, 3, 3, 4, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 7, 7, 8};
 __constant uchar kSecond[SUMS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2, 3, 4, 5, 6, 7, 8, 2, 3, 4, 5, 6, 7,
                                   8, 3, 4, 5, 6, 7, 8, 4, 5, 6, 7, 8, 5, 6, 7, 8, 6, 7, 8, 7, 8, 8};
+#define CHAINS 16  // independent partial sums: vector lanes on a CPU, latency hidden on a GPU
 
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
 void tile_sums(__global const uint* volume, const Grid grid, __global const float* poses, __global const int4* plans,
                const int tiles_x, const int tiles, const int width, const int height,
                __global const float* xray, __global const float* weight, __global float* sums_out) {
   __local float vectors[VECTOR * RAYS];
-  __local float weights[RAYS];
+  __local float weighted[VECTOR * RAYS];
   __local float reference[2];
-  const int ray_id = get_local_id(0) % RAYS;
-  const int tile = get_group_id(0) % tiles;
-  const int pose_index = get_group_id(0) / tiles;
-  __global const float* pose = poses + pose_index * POSE_STRIDE;
-  const int4 plan_of_tile = plans[get_group_id(0)];
-  const int k = plan_of_tile.x;
-  const int2 origin = tile_origin(tile, tiles_x);
-  const int column = origin.x + (ray_id & 7), row = origin.y + (ray_id >> 3);
-  const float u = (float)column - pose[P_MID_U], v = (float)row - pose[P_MID_V];
-  const RayGeometry g = ray_geometry(pose, k, u, v);
-  const MarchRay ray = march_ray(pose, grid, k, u, v, g.inv_dk);
+  PREPARE_RAYS
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
-  const int pixel = min(row, height - 1) * width + min(column, width - 1);
-  const float intensity = xray[pixel];
-  const float value = sums.value * g.length_mm * pose[P_SCALE];
   if (get_local_id(0) == 0) {
-    reference[0] = value;
-    reference[1] = intensity;
+    const RayGeometry g = ray_geometry(pose, k, RAY_U(0), RAY_V(0));
+    reference[0] = value[0] * g.length_mm * pose[P_SCALE];
+    reference[1] = xray[min(origin.y, height - 1) * width + min(origin.x, width - 1)];
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) < RAYS) {
-    float partial[6];
-    chain_rule(pose, k, g, sums, partial);
-    weights[ray_id] = (column < width && row < height) ? weight[pixel] : 0.0f;
-    vectors[ray_id] = 1.0f;
-    vectors[RAYS + ray_id] = value - reference[0];
-    vectors[2 * RAYS + ray_id] = intensity - reference[1];
-    for (int i = 0; i < 6; ++i) vectors[(3 + i) * RAYS + ray_id] = partial[i];
+  if (part == 0) {
+    const float value_ref = reference[0], xray_ref = reference[1];
+    for (int r = 0; r < LANES; ++r) {
+      const int ray = first_ray + r;
+      const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
+      const int pixel = min(row, height - 1) * width + min(column, width - 1);
+      const float w = (column < width && row < height) ? weight[pixel] : 0.0f;
+      const float intensity = xray[pixel] - xray_ref;
+      DERIVATIVES_OF_RAY
+      vectors[ray] = 1.0f;
+      vectors[RAYS + ray] = line_integral - value_ref;
+      vectors[2 * RAYS + ray] = intensity;
+      weighted[ray] = w;
+      weighted[RAYS + ray] = w * (line_integral - value_ref);
+      weighted[2 * RAYS + ray] = w * intensity;
+      _Pragma("unroll") for (int i = 0; i < 6; ++i) {
+        vectors[(3 + i) * RAYS + ray] = partial[i];
+        weighted[(3 + i) * RAYS + ray] = w * partial[i];
+      }
+    }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) < SUMS) {
-    const int first = kFirst[get_local_id(0)] * RAYS, second = kSecond[get_local_id(0)] * RAYS;
-    float total = 0.0f;
-    for (int i = 0; i < RAYS; ++i) total = fma(weights[i] * vectors[first + i], vectors[second + i], total);
-    sums_out[get_group_id(0) * SUM_STRIDE + get_local_id(0)] = total;
-  } else if (get_local_id(0) < SUMS + 2) {
-    sums_out[get_group_id(0) * SUM_STRIDE + get_local_id(0)] = reference[get_local_id(0) - SUMS];
+  for (int sum = get_local_id(0); sum < SUMS; sum += GROUP) {
+    __local const float* first = weighted + kFirst[sum] * RAYS;
+    __local const float* second = vectors + kSecond[sum] * RAYS;
+    float chain[CHAINS];
+    for (int c = 0; c < CHAINS; ++c) chain[c] = first[c] * second[c];
+    for (int i = CHAINS; i < RAYS; i += CHAINS) {
+      for (int c = 0; c < CHAINS; ++c) chain[c] = fma(first[i + c], second[i + c], chain[c]);
+    }
+    for (int width_left = CHAINS / 2; width_left > 0; width_left /= 2) {
+      for (int c = 0; c < width_left; ++c) chain[c] += chain[c + width_left];
+    }
+    sums_out[get_group_id(0) * SUM_STRIDE + sum] = chain[0];
+  }
+  if (get_local_id(0) == 0) {
+    sums_out[get_group_id(0) * SUM_STRIDE + SUMS] = reference[0];
+    sums_out[get_group_id(0) * SUM_STRIDE + SUMS + 1] = reference[1];
   }
 }
 
