@@ -1,9 +1,8 @@
-#include "paper_filter.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "paper_filter.h"
 #include "xray_registration/drr/paper_engine.h"
 
 namespace xray_registration {

@@ -1,10 +1,9 @@
-#include "paper_filter.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
+#include "paper_filter.h"
 #include "xray_registration/drr/paper_engine.h"
 
 namespace xray_registration {
@@ -178,7 +177,8 @@ class PaperEngineOpenCl : public PaperEngine {
   void uploadSlices(const AttenuationVolume& volume) {
     std::vector<float> slice(static_cast<std::size_t>(slice_), 0.0F);
     const auto send = [&](int z) {
-      device_->solveQueue().enqueueWriteBuffer(volume_, CL_TRUE, sizeof(float) * slice.size() * static_cast<unsigned>(z),
+      device_->solveQueue().enqueueWriteBuffer(volume_, CL_TRUE,
+                                               sizeof(float) * slice.size() * static_cast<unsigned>(z),
                                                sizeof(float) * slice.size(), slice.data());
     };
     send(0);
@@ -231,9 +231,9 @@ class PaperEngineOpenCl : public PaperEngine {
     if (smooth_.half_taps.empty()) {
       set(weigh_, images, weights_, static_cast<int>(pixels()), filtered_);
       const std::size_t groups = (pixels() + kReduceGroup - 1) / kReduceGroup;
-      device_->solveQueue().enqueueNDRangeKernel(
-          weigh_, cl::NullRange, cl::NDRange(groups * kReduceGroup, static_cast<std::size_t>(count)),
-          cl::NDRange(kReduceGroup, 1));
+      device_->solveQueue().enqueueNDRangeKernel(weigh_, cl::NullRange,
+                                                 cl::NDRange(groups * kReduceGroup, static_cast<std::size_t>(count)),
+                                                 cl::NDRange(kReduceGroup, 1));
     } else {
       runBlur(smooth_, images, count, 0);
     }
