@@ -27,8 +27,9 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
 
   set(common ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/common)
   add_library(xray_registration_tools_common STATIC
-    ${common}/command_line.cpp ${common}/ct_source.cpp ${common}/image_files.cpp ${common}/pose_json.cpp
-    ${common}/progress_bar.cpp ${common}/session_generator.cpp ${common}/trajectory.cpp ${common}/yaml_files.cpp)
+    ${common}/command_line.cpp ${common}/ct_source.cpp ${common}/disturbance.cpp ${common}/image_files.cpp
+    ${common}/pose_json.cpp ${common}/progress_bar.cpp ${common}/session_generator.cpp ${common}/trajectory.cpp
+    ${common}/yaml_files.cpp)
   target_compile_options(xray_registration_tools_common PRIVATE -Wall -Wextra -Werror)
   target_include_directories(xray_registration_tools_common PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_include_directories(xray_registration_tools_common SYSTEM PUBLIC ${OpenCV_INCLUDE_DIRS})
@@ -40,12 +41,15 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
 endif()
 
 if(XRAY_REGISTRATION_ROS)
-  add_library(xray_registration_tools_ros STATIC ${common}/bag_frames.cpp ${common}/session_messages.cpp)
+  add_library(xray_registration_tools_ros STATIC
+    ${common}/bag_frames.cpp ${common}/message_files.cpp ${common}/session_messages.cpp)
   target_compile_options(xray_registration_tools_ros PRIVATE -Wall -Wextra -Werror)
   target_link_libraries(xray_registration_tools_ros PUBLIC xray_registration_tools_common xray_registration_ros)
 
   xray_tool(register_bag ROS)
   xray_tool(simulate_session ROS)
+  xray_tool(simulator_node ROS)
+  xray_tool(demo_monitor ROS)
 
   file(GLOB evaluate_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate/*.cpp)
   xray_tool(evaluate ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate.cpp ${evaluate_sources})

@@ -5,25 +5,25 @@
 #include <tf2_msgs/TFMessage.h>
 #include <xray_registration/RegistrationStatus.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
 #include "tools/common/bag_frames.h"
 #include "tools/common/command_line.h"
-#include "tools/common/image_files.h"
+#include "tools/common/disturbance.h"
+#include "tools/common/message_files.h"
 #include "tools/common/pose_json.h"
 #include "tools/common/progress_bar.h"
+#include "tools/common/summary.h"
 #include "tools/common/yaml_files.h"
 #include "xray_registration/evaluation/pose_error.h"
-#include "xray_registration/evaluation/trials.h"
+#include "xray_registration/ros/overlay.h"
 
 namespace {
 
 using namespace xray_registration;
 using namespace xray_registration::tools;
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 const char* const kPoseTopic = "/xray_registration_node/pose";
 const char* const kStatusTopic = "/xray_registration_node/status";
 
@@ -61,6 +61,7 @@ void checkArguments(const Arguments& arguments) {
   }
   if (!arguments.json.empty()) requireWritableParent(arguments.json, "--json");
   if (!arguments.overlay.empty()) requireWritableParent(arguments.overlay, "--overlay");
+  disturbedPose(RigidTransform::Identity(), arguments.disturb, arguments.seed, Eigen::Vector3d::Zero());
 }
 
 NodeParameters parametersOf(const Arguments& arguments, const BagSession& session, const Logger& logger) {
@@ -102,19 +103,6 @@ RigidTransform startPose(const Arguments& arguments, const BagSession& session, 
   throw ArgumentError("no start: give --initial-pose, --initial-pose-topic, or initial_pose in --config");
 }
 
-/// "degrees,mm" → the pose turned by exactly so much about the CT's centre and moved by exactly so much, along an axis
-/// and in a direction that the seed chooses.
-RigidTransform disturbed(const RigidTransform& T_camera_ct, const Arguments& arguments,
-                         const Eigen::Vector3d& centre_ct_mm) {
-  if (arguments.disturb.empty()) return T_camera_ct;
-  const auto [degrees, mm] = parsePair(arguments.disturb, "--disturb");
-  if (degrees < 0.0 || degrees > 180.0 || mm < 0.0) throw ArgumentError("--disturb: neither may be below zero");
-  Twist twist = RandomStarts({1.0, 1.0}, arguments.seed).next();
-  twist.head<3>() = mm * twist.head<3>().normalized();
-  twist.tail<3>() = degrees * kRadPerDeg * twist.tail<3>().normalized();
-  return updatedPose(T_camera_ct, twist, T_camera_ct * centre_ct_mm);
-}
-
 /// X-ray with the DRR's edges, one picture for each view that took part.
 void writeOverlays(const Arguments& arguments, const BagSession& session, const FrameOutcome& outcome,
                    std::size_t frame, RegistrationPipeline* pipeline) {
@@ -127,8 +115,9 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
     char number[32];
     std::snprintf(number, sizeof number, "%05zu", frame);
     const std::string& name = session.views()[i].name;
-    writeColourPng(arguments.overlay + "/" + (name.empty() ? "" : name + "_") + number + ".png",
-                   edgesOver(view.attenuation, drr, view.mask));
+    const auto colour = outcome.result.accepted ? OverlayColour::kAccepted : OverlayColour::kRefused;
+    writePng(arguments.overlay + "/" + (name.empty() ? "" : name + "_") + number + ".png",
+             drawOverlay(view.attenuation, view.mask, drr, colour));
   }
 }
 
@@ -247,13 +236,6 @@ void writeResults(const std::string& path, const std::vector<FrameRecord>& recor
   writeJson(path, {{"frames", frames}});
 }
 
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 void printSummary(const std::vector<FrameRecord>& records) {
   std::vector<double> total_ms, mtre, inplane;
   std::size_t accepted = 0;
@@ -273,8 +255,7 @@ void printSummary(const std::vector<FrameRecord>& records) {
   if (!mtre.empty()) {
     std::printf(
         "against the ground truth: mTRE median %.3f mm, worst %.3f mm; in-plane median %.3f mm, worst %.3f mm\n",
-        medianOf(mtre), *std::max_element(mtre.begin(), mtre.end()), medianOf(inplane),
-        *std::max_element(inplane.begin(), inplane.end()));
+        medianOf(mtre), largestOf(mtre), medianOf(inplane), largestOf(inplane));
   }
   if (accepted < records.size()) std::printf("last refusal: %s\n", last_reason.c_str());
 }
@@ -294,7 +275,7 @@ void run(const Arguments& arguments) {
   pipeline.openDevice();
   pipeline.loadCt(arguments.ct, parameters.ct.read.series_uid);
   pipeline.dropCt();
-  pipeline.setPose(disturbed(start, arguments, pipeline.centreCt()));
+  pipeline.setPose(disturbedPose(start, arguments.disturb, arguments.seed, pipeline.centreCt()));
   if (!arguments.overlay.empty()) std::filesystem::create_directory(arguments.overlay);
 
   const auto records = registerFrames(arguments, session, &pipeline);

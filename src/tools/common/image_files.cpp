@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <vector>
 
 namespace xray_registration::tools {
 namespace {
@@ -66,43 +65,6 @@ void writeMha(const std::string& path, const FloatImage& image) {
   stream.write(reinterpret_cast<const char*>(image.pixels.data()),
                static_cast<std::streamsize>(image.pixels.size() * sizeof(float)));
   if (!stream.flush()) throw std::runtime_error(path + ": cannot be written");
-}
-
-ColourImage edgesOver(const FloatImage& xray, const FloatImage& drr, const MaskImage& mask) {
-  if (xray.width != drr.width || xray.height != drr.height) {
-    throw std::runtime_error("the X-ray and the DRR of an overlay differ in size");
-  }
-  const auto [low, high] = displayRange(xray);
-  const cv::Mat grey = eightBits(xray, low, high);
-  const auto [drr_low, drr_high] = displayRange(drr);
-  cv::Mat smooth;
-  cv::GaussianBlur(eightBits(drr, drr_low, drr_high), smooth, cv::Size(0, 0), 1.0);
-  cv::Mat edges;
-  cv::Canny(smooth, edges, 20.0, 50.0);
-  ColourImage result{xray.width, xray.height, {}};
-  result.pixels.reserve(xray.pixels.size());
-  for (int v = 0; v < grey.rows; ++v) {
-    for (int u = 0; u < grey.cols; ++u) {
-      const auto value = grey.at<std::uint8_t>(v, u);
-      if (edges.at<std::uint8_t>(v, u) != 0) {
-        result.pixels.push_back({255, 140, 0});
-      } else if (!mask.empty() && mask.at(u, v) == 0) {
-        result.pixels.push_back({static_cast<std::uint8_t>(value / 2), static_cast<std::uint8_t>(value / 2),
-                                 static_cast<std::uint8_t>(80 + value / 2)});
-      } else {
-        result.pixels.push_back({value, value, value});
-      }
-    }
-  }
-  return result;
-}
-
-void writeColourPng(const std::string& path, const ColourImage& image) {
-  cv::Mat rgb(image.height, image.width, CV_8UC3);
-  std::memcpy(rgb.ptr(), image.pixels.data(), image.pixels.size() * 3);
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  writePng(path, bgr);
 }
 
 }  // namespace xray_registration::tools
