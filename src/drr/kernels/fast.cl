@@ -54,8 +54,8 @@ INLINE float component_f(float3 v, int axis) { return axis == 0 ? v.x : (axis ==
 // Tile's image origin. Tiles run row by row.
 INLINE int2 tile_origin(int tile, int tiles_x) { return (int2)((tile % tiles_x) * TILE, (tile / tiles_x) * TILE); }
 
-// A direction component that is safe to divide by.
-INLINE float away_from_zero(float d) { return fabs(d) < 1e-7f ? 1e-7f : d; }
+// A direction component that is safe to divide by; without a branch, so that loops over rays stay vector code.
+INLINE float away_from_zero(float d) { return copysign(fmax(fabs(d), 1e-7f), d); }
 
 // ---------------------------------------------------------------------------------------------------------------
 // Plan: per tile the dominant axis and the range of slices that can hold tissue, from the occupancy grid.
@@ -421,7 +421,6 @@ __constant uchar kFirst[SUMS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1,
                                  2, 3, 3, 3, 3, 3, 3, 4, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 7, 7, 8};
 __constant uchar kSecond[SUMS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2, 3, 4, 5, 6, 7, 8, 2, 3, 4, 5, 6, 7,
                                   8, 3, 4, 5, 6, 7, 8, 4, 5, 6, 7, 8, 5, 6, 7, 8, 6, 7, 8, 7, 8, 8};
-#define CHAINS 16  // independent partial sums: vector lanes on a CPU, latency hidden on a GPU
 
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
 void tile_sums(__global const uint* volume, const Grid grid, __global const float* poses, __global const int4* plans,
@@ -445,7 +444,7 @@ void tile_sums(__global const uint* volume, const Grid grid, __global const floa
       const int ray = first_ray + r;
       const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
       const int pixel = min(row, height - 1) * width + min(column, width - 1);
-      const float w = (column < width && row < height) ? weight[pixel] : 0.0f;
+      const float w = weight[pixel] * (float)((column < width) & (row < height));
       const float intensity = xray[pixel] - xray_ref;
       DERIVATIVES_OF_RAY
       vectors[ray] = 1.0f;
@@ -464,15 +463,15 @@ void tile_sums(__global const uint* volume, const Grid grid, __global const floa
   for (int sum = get_local_id(0); sum < SUMS; sum += GROUP) {
     __local const float* first = weighted + kFirst[sum] * RAYS;
     __local const float* second = vectors + kSecond[sum] * RAYS;
-    float chain[CHAINS];
-    for (int c = 0; c < CHAINS; ++c) chain[c] = first[c] * second[c];
-    for (int i = CHAINS; i < RAYS; i += CHAINS) {
-      for (int c = 0; c < CHAINS; ++c) chain[c] = fma(first[i + c], second[i + c], chain[c]);
-    }
-    for (int width_left = CHAINS / 2; width_left > 0; width_left /= 2) {
-      for (int c = 0; c < width_left; ++c) chain[c] += chain[c + width_left];
-    }
-    sums_out[get_group_id(0) * SUM_STRIDE + sum] = chain[0];
+    // Sixteen independent sums: vector lanes on a CPU, hidden latency on a GPU.
+    float16 chain = vload16(0, first) * vload16(0, second);
+    chain = fma(vload16(1, first), vload16(1, second), chain);
+    chain = fma(vload16(2, first), vload16(2, second), chain);
+    chain = fma(vload16(3, first), vload16(3, second), chain);
+    const float8 chain8 = chain.lo + chain.hi;
+    const float4 chain4 = chain8.lo + chain8.hi;
+    const float2 chain2 = chain4.lo + chain4.hi;
+    sums_out[get_group_id(0) * SUM_STRIDE + sum] = chain2.x + chain2.y;
   }
   if (get_local_id(0) == 0) {
     sums_out[get_group_id(0) * SUM_STRIDE + SUMS] = reference[0];
