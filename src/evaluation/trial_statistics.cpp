@@ -11,6 +11,8 @@ double atRank(const std::vector<double>& sorted, double share) {
   const double rank = share * static_cast<double>(sorted.size() - 1);
   const std::size_t below = static_cast<std::size_t>(std::floor(rank));
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  // Equal neighbours may both be infinite, and their difference no number.
+  if (sorted[below] == sorted[above]) return sorted[below];
   return sorted[below] + (rank - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 

@@ -92,6 +92,7 @@ TEST(StatisticsOf, InfiniteErrorIsGrossAndFalselyAccepted) {
   EXPECT_EQ(statistics.successes, 0);
   EXPECT_EQ(statistics.gross_failures, 1);
   EXPECT_EQ(statistics.false_acceptances, 1);
+  EXPECT_EQ(percentiles({1.0, kInfinity, kInfinity, kInfinity}).p95, kInfinity);
 }
 
 TEST(StatisticsOf, NothingGivesZeros) {

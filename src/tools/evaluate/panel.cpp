@@ -115,8 +115,12 @@ void Panel::text(double x, double y, const std::string& words, const cv::Scalar&
   put(picture_, words, {point.x - widthOf(words) / 2, point.y - 4}, colour);
 }
 
-void Panel::legend(const std::string& words, const cv::Scalar& colour) {
-  put(picture_, words, {plot_.x + 8, plot_.y + 16 + 16 * legend_lines_}, colour);
+void Panel::legend(const std::string& words, const cv::Scalar& colour, bool lower_right) {
+  constexpr int kLineHeight = 16;
+  const cv::Point upper(plot_.x + 8, plot_.y + kLineHeight * (1 + legend_lines_));
+  const cv::Point lower(plot_.x + plot_.width - widthOf(words) - 8,
+                        plot_.y + plot_.height - 8 - kLineHeight * legend_lines_);
+  put(picture_, words, lower_right ? lower : upper, colour);
   ++legend_lines_;
 }
 

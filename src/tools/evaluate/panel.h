@@ -23,8 +23,8 @@ class Panel {
   void line(double x0, double y0, double x1, double y1, const cv::Scalar& colour, int thickness = 1);
   void bar(double x0, double x1, double height, const cv::Scalar& colour);
   void text(double x, double y, const std::string& words, const cv::Scalar& colour);
-  /// Words in the panel's upper left corner, line by line.
-  void legend(const std::string& words, const cv::Scalar& colour);
+  /// Words in the panel's upper left corner, or lower right one, line by line.
+  void legend(const std::string& words, const cv::Scalar& colour, bool lower_right = false);
 
  private:
   void drawTicks(const Axis& axis, bool horizontal);

@@ -108,10 +108,10 @@ void drawVerdict(cv::Mat* picture, const std::vector<Trial>& trials, const Succe
   for (const OperatingPoint& point : verdict) {
     if (point.threshold == 1.0) panel.dot(100.0 * point.false_acceptance, 100.0 * point.true_acceptance, bad(), 6);
   }
-  panel.legend("similarity alone", good());
-  panel.legend("inlier fraction alone", refused());
-  panel.legend("condition number alone", neutral());
-  panel.legend("the verdict", bad());
+  panel.legend("similarity alone", good(), true);
+  panel.legend("inlier fraction alone", refused(), true);
+  panel.legend("condition number alone", neutral(), true);
+  panel.legend("the verdict", bad(), true);
 }
 
 }  // namespace
