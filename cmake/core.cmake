@@ -28,8 +28,8 @@ list(REMOVE_ITEM volume_sources ${itk_sources})
 xray_room(volume SOURCES ${volume_sources} ROOMS geometry LIBRARIES Eigen3::Eigen Threads::Threads)
 
 xray_glob(image_sources image)
-set(opencv_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_frame.cpp
-                   ${CMAKE_CURRENT_SOURCE_DIR}/src/image/mask.cpp)
+file(GLOB opencv_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_frame.cpp
+     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*mask*.cpp)
 list(REMOVE_ITEM image_sources ${opencv_sources})
 xray_room(image SOURCES ${image_sources} ROOMS geometry LIBRARIES Eigen3::Eigen)
 
