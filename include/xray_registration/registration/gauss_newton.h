@@ -1,0 +1,41 @@
+#pragma once
+
+#include <functional>
+
+#include "xray_registration/drr/engine.h"
+
+namespace xray_registration {
+
+/// What bounds one run of the solver. Lengths as seen in the image: a step of `stop_mm` is the mean motion of points
+/// within `radius_mm` of the centre, with depth motion scaled by what it moves in the image.
+struct GaussNewtonOptions {
+  int max_steps = 10;
+  double stop_mm = 0.02;
+  double radius_mm = 60.0;
+  double depth_mm = 1000.0;         ///< From the source to the CT's centre: scales what depth motion is worth.
+  double max_step_mm = 20.0;        ///< Trust region: longer steps are shortened.
+  double max_step_rad = 0.2;
+  double initial_damping = 1e-3;
+};
+
+struct GaussNewtonResult {
+  RigidTransform T_camera_ct = RigidTransform::Identity();
+  StepSums sums;            ///< At the result.
+  bool converged = false;   ///< The last step was below stop_mm.
+  bool failed = false;      ///< Singular, or not finite: the pose is the best one before it.
+  int steps = 0;            ///< Evaluations of the objective.
+};
+
+/// The objective at a pose; the twist is about `centre_ct`, in the first camera's axes.
+using Objective = std::function<StepSums(const RigidTransform& T_camera_ct)>;
+
+/// Gauss-Newton with Levenberg-Marquardt damping: the damping follows the ratio of achieved to predicted decrease
+/// (K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least squares problems", 2004, 3.2). One evaluation
+/// a step gives cost, gradient and matrix. The cost never increases.
+GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,
+                           const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options);
+
+/// The damped step -(A + λ diag A)⁻¹ g, or nothing when the matrix is not positive definite or not finite.
+bool dampedStep(const StepSums& sums, double damping, Twist* step);
+
+}  // namespace xray_registration

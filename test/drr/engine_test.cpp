@@ -1,0 +1,344 @@
+#include "xray_registration/drr/engine.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+#include <random>
+
+#include "xray_registration/drr/reference_projector.h"
+#include "xray_registration/volume/volume_pyramid.h"
+
+namespace xray_registration {
+namespace {
+
+/// A smooth blob of overlapping Gaussians: no analytic kinks, so finite differences of the exact derivative converge.
+AttenuationVolume smoothVolume(const Eigen::Vector3i& size, const Eigen::Vector3d& spacing_mm, double tilt_rad) {
+  AttenuationVolume volume;
+  volume.grid.size = size;
+  volume.grid.spacing_mm = spacing_mm;
+  volume.grid.direction = Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  volume.grid.origin_ct_mm = {-40.0, 25.0, 310.0};
+  volume.scale_per_mm = 1e-6F;
+  volume.values.resize(volume.grid.voxelCount());
+  const Eigen::Vector3d middle = 0.5 * size.cast<double>();
+  std::size_t i = 0;
+  for (int z = 0; z < size.z(); ++z) {
+    for (int y = 0; y < size.y(); ++y) {
+      for (int x = 0; x < size.x(); ++x, ++i) {
+        const Eigen::Vector3d p = (Eigen::Vector3d(x, y, z) - middle).cwiseProduct(spacing_mm);
+        const double a = std::exp(-(p - Eigen::Vector3d(6, -3, 4)).squaredNorm() / 180.0);
+        const double b = std::exp(-(p - Eigen::Vector3d(-9, 8, -5)).squaredNorm() / 90.0);
+        const double c = std::exp(-(p - Eigen::Vector3d(2, 9, 9)).squaredNorm() / 50.0);
+        const double value = 30000.0 * a + 20000.0 * b + 12000.0 * c;
+        volume.values[i] = value < 30.0 ? 0 : static_cast<std::uint16_t>(value);
+      }
+    }
+  }
+  return volume;
+}
+
+/// A camera looking at the volume with the optical axis along `axis` of the CT frame, a little askew.
+RigidTransform poseLookingAlong(const AttenuationVolume& volume, const Eigen::Vector3d& axis, double depth_mm) {
+  RigidTransform pose = RigidTransform::Identity();
+  pose.linear() = rotationFromVector({0.11, -0.07, 0.2}) *
+                  Eigen::Quaterniond::FromTwoVectors(axis, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  pose.translation() = Eigen::Vector3d(2.0, -3.0, depth_mm) - pose.linear() * anatomicalCentreCt(volume);
+  return pose;
+}
+
+const Eigen::Vector3d kAxes[] = {Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitX(),  Eigen::Vector3d::UnitY(),
+                                 Eigen::Vector3d::UnitZ(), Eigen::Vector3d(1, 0.7, 0.1), Eigen::Vector3d(0.2, 1, 1)};
+
+/// 52 × 44: neither side a whole number of tiles.
+const XrayCamera kCamera{52, 44, 400.0, 390.0, 24.0, 22.5};
+
+class EngineTest : public ::testing::Test {
+ protected:
+  std::shared_ptr<Device> device_ = std::make_shared<Device>("auto");
+};
+
+double maximum(const FloatImage& image) { return *std::max_element(image.pixels.begin(), image.pixels.end()); }
+
+TEST_F(EngineTest, ValuesMatchTheExactRayTracer) {
+  for (const Eigen::Vector3i& size : {Eigen::Vector3i(48, 48, 48), Eigen::Vector3i(60, 41, 26)}) {
+    const Eigen::Vector3d spacing = size.x() == 48 ? Eigen::Vector3d(1, 1, 1) : Eigen::Vector3d(0.8, 1.2, 2.0);
+    const AttenuationVolume volume = smoothVolume(size, spacing, size.x() == 48 ? 0.0 : 0.4);
+    Engine engine(device_);
+    engine.setVolume(volume);
+    for (const Eigen::Vector3d& axis : kAxes) {
+      const RigidTransform pose = poseLookingAlong(volume, axis, 300.0);
+      const FloatImage drr = engine.render(kCamera, 0, pose);
+      // Detector pixels of the voxel model are averaged, or the boxes' edges would dominate the difference.
+      const FloatImage exact = referenceProjection(volume, pose, kCamera, 3);
+      const double scale = maximum(exact);
+      double sum2 = 0.0;
+      for (std::size_t i = 0; i < exact.pixels.size(); ++i) {
+        sum2 += std::pow(drr.pixels[i] - exact.pixels[i], 2);
+        // Boxes against linear interpolation of a blob 5 voxels wide: 3 % of the maximum at the worst.
+        ASSERT_NEAR(drr.pixels[i], exact.pixels[i], 0.03 * scale) << "pixel " << i << " axis " << axis.transpose();
+      }
+      EXPECT_LT(std::sqrt(sum2 / static_cast<double>(exact.pixels.size())), 0.005 * scale);
+      EXPECT_GT(scale, 0.1);
+    }
+  }
+}
+
+TEST_F(EngineTest, DerivativesMatchFiniteDifferences) {
+  const AttenuationVolume volume = smoothVolume({50, 44, 36}, {0.9, 1.1, 1.4}, 0.3);
+  Engine engine(device_);
+  engine.setVolume(volume);
+  for (const Eigen::Vector3d& axis : kAxes) {
+    const RigidTransform pose = poseLookingAlong(volume, axis, 300.0);
+    const std::vector<FloatImage> images = engine.renderWithDerivatives(kCamera, 0, pose);
+    const Eigen::Vector3d centre = pose * engine.volume().centreCt();
+    for (int i = 0; i < 6; ++i) {
+      const double step = i < 3 ? 0.02 : 0.0005;
+      const FloatImage plus = engine.render(kCamera, 0, updatedPose(pose, step * Twist::Unit(i), centre));
+      const FloatImage minus = engine.render(kCamera, 0, updatedPose(pose, -step * Twist::Unit(i), centre));
+      double difference2 = 0.0;
+      double size2 = 0.0;
+      double largest = 0.0;
+      for (std::size_t pixel = 0; pixel < plus.pixels.size(); ++pixel) {
+        const double finite = (plus.pixels[pixel] - minus.pixels[pixel]) / (2.0 * step);
+        const double exact = images[static_cast<std::size_t>(i) + 1].pixels[pixel];
+        difference2 += (finite - exact) * (finite - exact);
+        size2 += exact * exact;
+        largest = std::max(largest, std::abs(finite - exact) / (std::abs(exact) + 1e-2));
+      }
+      // Bilinear cells make the derivative jump by a few percent at their borders; a pixel's ray crosses about forty
+      // cells, few of them within a step. One percent over the image leaves no room for a wrong term.
+      EXPECT_LT(std::sqrt(difference2 / size2), 0.01) << "twist component " << i << ", axis " << axis.transpose();
+      EXPECT_GT(size2, 0.0);
+    }
+  }
+}
+
+TEST_F(EngineTest, DominantAxisMayChangeInsideAnImage) {
+  const AttenuationVolume volume = smoothVolume({48, 48, 48}, {1, 1, 1}, 0.0);
+  Engine engine(device_);
+  engine.setVolume(volume);
+  RigidTransform pose = RigidTransform::Identity();
+  pose.linear() = rotationFromVector({0.0, M_PI / 4.0, 0.0});
+  pose.translation() = Eigen::Vector3d(0, 0, 60.0) - pose.linear() * anatomicalCentreCt(volume);
+  const XrayCamera wide{64, 64, 40.0, 40.0, 31.5, 31.5};  // 77 degrees across.
+  const FloatImage drr = engine.render(wide, 0, pose);
+  const FloatImage exact = referenceProjection(volume, pose, wide, 3);
+  double sum2 = 0.0;
+  for (std::size_t i = 0; i < drr.pixels.size(); ++i) sum2 += std::pow(drr.pixels[i] - exact.pixels[i], 2);
+  // A pixel is wider than a voxel here and Joseph's ray is thin: 2 % of the maximum in the mean.
+  EXPECT_LT(std::sqrt(sum2 / static_cast<double>(drr.pixels.size())), 0.02 * maximum(exact));
+}
+
+TEST_F(EngineTest, SourceInsideTheVolumeSeesOnlyWhatIsInFront) {
+  const AttenuationVolume volume = smoothVolume({48, 48, 48}, {1, 1, 1}, 0.0);
+  Engine engine(device_);
+  engine.setVolume(volume);
+  const RigidTransform inside = poseLookingAlong(volume, Eigen::Vector3d::UnitX(), 0.0);
+  const XrayCamera camera{32, 32, 100.0, 100.0, 15.5, 15.5};
+  const FloatImage drr = engine.render(camera, 0, inside);
+  const FloatImage exact = referenceProjection(volume, inside, camera, 2);
+  // The first slice is counted whole or not at all: half a slice at the densest place.
+  const double half_slice = 0.5 * 1.2 * 62000.0 * volume.scale_per_mm;
+  for (std::size_t i = 0; i < drr.pixels.size(); ++i) ASSERT_NEAR(drr.pixels[i], exact.pixels[i], half_slice);
+}
+
+TEST_F(EngineTest, RaysThatMissAreZero) {
+  const AttenuationVolume volume = smoothVolume({32, 32, 32}, {1, 1, 1}, 0.0);
+  Engine engine(device_);
+  engine.setVolume(volume);
+  RigidTransform away = poseLookingAlong(volume, Eigen::Vector3d::UnitY(), 300.0);
+  away.translation().x() += 500.0;
+  for (const float value : engine.render(kCamera, 0, away).pixels) ASSERT_EQ(value, 0.0F);
+  RigidTransform behind = poseLookingAlong(volume, Eigen::Vector3d::UnitY(), -300.0);
+  for (const float value : engine.render(kCamera, 0, behind).pixels) ASSERT_EQ(value, 0.0F);
+}
+
+TEST_F(EngineTest, SplittingRaysChangesOnlyRounding) {
+  const AttenuationVolume volume = smoothVolume({48, 44, 36}, {1, 1, 1}, 0.2);
+  Engine whole(device_);
+  Engine split(device_);
+  whole.setVolume(volume);
+  split.setVolume(volume);
+  whole.forceSplit(1);
+  for (const int parts : {2, 4}) {
+    split.forceSplit(parts);
+    const RigidTransform pose = poseLookingAlong(volume, Eigen::Vector3d(0.1, 1, 0.2), 300.0);
+    const auto a = whole.renderWithDerivatives(kCamera, 0, pose);
+    const auto b = split.renderWithDerivatives(kCamera, 0, pose);
+    for (std::size_t image = 0; image < a.size(); ++image) {
+      const double scale = std::max(maximum(a[image]), 1e-6);
+      for (std::size_t i = 0; i < a[image].pixels.size(); ++i) {
+        // Forty additions in another order, and differences of larger numbers in the chain rule.
+        ASSERT_NEAR(a[image].pixels[i], b[image].pixels[i], 2e-4 * scale) << image;
+      }
+    }
+  }
+}
+
+// --- Objective ------------------------------------------------------------------------------------------------------
+
+/// The objective of fast.cl's windows in plain double, from rendered images.
+double referenceObjective(const FloatImage& drr, const FloatImage& xray, const FloatImage& weight,
+                          const WindowOptions& options) {
+  const int tiles_x = (drr.width + 7) / 8;
+  const int tiles_y = (drr.height + 7) / 8;
+  const int span_x = options.span == 0 ? tiles_x : options.span;
+  const int span_y = options.span == 0 ? tiles_y : options.span;
+  const double min_weight = options.span == 0 ? 64.0 : 0.25 * 64 * span_x * span_y;
+  double cost = 0.0;
+  for (int wy = 0; wy + span_y <= tiles_y; ++wy) {
+    for (int wx = 0; wx + span_x <= tiles_x; ++wx) {
+      double n = 0, d = 0, x = 0, dd = 0, xx = 0, dx = 0;
+      for (int v = 8 * wy; v < std::min(8 * (wy + span_y), drr.height); ++v) {
+        for (int u = 8 * wx; u < std::min(8 * (wx + span_x), drr.width); ++u) {
+          const double w = weight.at(u, v);
+          n += w;
+          d += w * drr.at(u, v);
+          x += w * xray.at(u, v);
+          dd += w * drr.at(u, v) * drr.at(u, v);
+          xx += w * xray.at(u, v) * xray.at(u, v);
+          dx += w * drr.at(u, v) * xray.at(u, v);
+        }
+      }
+      if (n < min_weight) continue;
+      const double var_d = dd / n - d * d / n / n + options.epsilon_value * options.epsilon_value;
+      const double var_x = xx / n - x * x / n / n + options.epsilon_xray * options.epsilon_xray;
+      const double e = 1.0 - (dx / n - d * x / n / n) / std::sqrt(var_d * var_x);
+      cost += n * std::pow(var_x, options.contrast_power) * e * options.robust_scale2 / (e + options.robust_scale2);
+    }
+  }
+  return cost;
+}
+
+struct Scene {
+  AttenuationVolume volume = smoothVolume({48, 44, 36}, {1, 1, 1}, 0.2);
+  RigidTransform pose = poseLookingAlong(volume, Eigen::Vector3d(0.1, 1, 0.2), 300.0);
+  FloatImage xray{kCamera.width, kCamera.height};
+  FloatImage weight{kCamera.width, kCamera.height, 1.0F};
+};
+
+Scene sceneSeenBy(Engine* engine) {
+  Scene scene;
+  engine->setVolume(scene.volume);
+  Twist off;
+  off << 0.8, -0.5, 3.0, 0.02, -0.03, 0.015;
+  const Eigen::Vector3d centre = scene.pose * engine->volume().centreCt();
+  scene.xray = engine->render(kCamera, 0, updatedPose(scene.pose, off, centre));
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0.0F, 0.02F);
+  for (float& pixel : scene.xray.pixels) pixel = 1.3F * pixel + 0.4F + noise(random);
+  for (int v = 10; v < 20; ++v) {
+    for (int u = 12; u < 22; ++u) scene.weight.at(u, v) = 0.0F;
+  }
+  for (int u = 0; u < 52; ++u) scene.weight.at(u, 30) = 0.5F;
+  return scene;
+}
+
+std::vector<WindowOptions> objectives() {
+  WindowOptions local;
+  WindowOptions one_tile = local;
+  one_tile.span = 1;
+  WindowOptions global = local;
+  global.span = 0;
+  WindowOptions robust = local;
+  robust.robust_scale2 = 0.3;
+  robust.contrast_power = 0.5;
+  return {local, one_tile, global, robust};
+}
+
+TEST_F(EngineTest, ObjectiveMatchesThePlainReference) {
+  Engine engine(device_);
+  const Scene scene = sceneSeenBy(&engine);
+  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
+  const FloatImage drr = engine.render(kCamera, 0, scene.pose);
+  for (const WindowOptions& options : objectives()) {
+    const StepSums sums = engine.evaluate(xray.levels[0], 0, {scene.pose}, options)[0];
+    const double expected = referenceObjective(drr, scene.xray, scene.weight, options);
+    // Sums over 2000 pixels in float.
+    EXPECT_NEAR(sums.cost, expected, 1e-4 * expected) << "span " << options.span;
+  }
+}
+
+TEST_F(EngineTest, GradientIsTheObjectivesAndTheMatrixIsPositive) {
+  Engine engine(device_);
+  const Scene scene = sceneSeenBy(&engine);
+  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
+  const Eigen::Vector3d centre = scene.pose * engine.volume().centreCt();
+  for (const WindowOptions& options : objectives()) {
+    const StepSums sums = engine.evaluate(xray.levels[0], 0, {scene.pose}, options)[0];
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(sums.matrix).eigenvalues().minCoeff(), 0.0);
+    for (int i = 0; i < 6; ++i) {
+      const double step = i < 3 ? 0.05 : 0.001;
+      const double plus =
+          referenceObjective(engine.render(kCamera, 0, updatedPose(scene.pose, step * Twist::Unit(i), centre)),
+                             scene.xray, scene.weight, options);
+      const double minus =
+          referenceObjective(engine.render(kCamera, 0, updatedPose(scene.pose, -step * Twist::Unit(i), centre)),
+                             scene.xray, scene.weight, options);
+      const double finite = (plus - minus) / (2.0 * step);
+      // Second order in the step plus the bilinear cells' kinks; the scale is the gradient's own size per component.
+      const double scale = std::sqrt(sums.matrix(i, i) * sums.cost);
+      EXPECT_NEAR(sums.gradient[i], finite, 0.01 * scale) << "component " << i << " span " << options.span;
+    }
+  }
+}
+
+TEST_F(EngineTest, BatchGivesWhatSinglePosesGive) {
+  Engine engine(device_);
+  const Scene scene = sceneSeenBy(&engine);
+  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
+  const Eigen::Vector3d centre = scene.pose * engine.volume().centreCt();
+  std::vector<RigidTransform> poses;
+  for (int i = 0; i < 5; ++i) poses.push_back(updatedPose(scene.pose, 0.01 * i * Twist::Ones(), centre));
+  const std::vector<StepSums> batch = engine.evaluate(xray.levels[0], 0, poses, {});
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const StepSums single = engine.evaluate(xray.levels[0], 0, {poses[i]}, {})[0];
+    EXPECT_EQ(single.cost, batch[i].cost);
+    EXPECT_EQ(single.matrix, batch[i].matrix);
+    EXPECT_EQ(single.gradient, batch[i].gradient);
+  }
+}
+
+TEST_F(EngineTest, EqualInputGivesEqualBits) {
+  Engine engine(device_);
+  const Scene scene = sceneSeenBy(&engine);
+  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
+  const StepSums first = engine.evaluate(xray.levels[0], 0, {scene.pose}, {})[0];
+  for (int i = 0; i < 10; ++i) {
+    const StepSums again = engine.evaluate(xray.levels[0], 0, {scene.pose}, {})[0];
+    ASSERT_EQ(first.cost, again.cost);
+    ASSERT_EQ(first.matrix, again.matrix);
+    ASSERT_EQ(first.gradient, again.gradient);
+  }
+}
+
+TEST_F(EngineTest, PyramidHalvesImagesByWeightedMeans) {
+  Engine engine(device_);
+  FloatImage image(64, 64);
+  FloatImage weight(64, 64, 1.0F);
+  for (int v = 0; v < 64; ++v) {
+    for (int u = 0; u < 64; ++u) image.at(u, v) = static_cast<float>(u + 100 * v);
+  }
+  const ResidentXray xray = engine.upload({64, 64, 100, 100, 31.5, 31.5}, image, weight);
+  ASSERT_EQ(xray.levels.size(), 2U);
+  EXPECT_EQ(xray.levels[1].camera.width, 32);
+  std::vector<float> half(32 * 32);
+  device_->solveQueue().enqueueReadBuffer(xray.levels[1].attenuation, CL_TRUE, 0, sizeof(float) * half.size(),
+                                          half.data());
+  EXPECT_FLOAT_EQ(half[3 + 32 * 5], 6.5F + 100.0F * 10.5F);
+}
+
+TEST_F(EngineTest, MemoryOfALargeCtStaysWithinItsBudget) {
+  AttenuationVolume volume;
+  volume.grid.size = {256, 256, 256};
+  volume.scale_per_mm = 1e-6F;
+  volume.values.assign(volume.grid.voxelCount(), 1000);
+  Engine engine(device_);
+  engine.setVolume(volume);
+  EXPECT_LE(engine.volume().bytes(), volume.values.size() * sizeof(std::uint16_t) * 5 / 2);
+}
+
+}  // namespace
+}  // namespace xray_registration
