@@ -58,6 +58,7 @@ void readFrames(const YAML::Node& tree, FrameParameters* frames) {
 void readSync(const YAML::Node& tree, SyncParameters* sync) {
   ParameterGroup group(tree, "sync");
   group.number("tolerance", 0.0, 10.0, &sync->tolerance_s);
+  group.number("patience", 0.01, 10.0, &sync->patience_s);
   group.flag("allow_missing_view", &sync->allow_missing_view);
   group.refuseUnknown();
 }
@@ -134,7 +135,8 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.flag("publish_tf", &parameters->frames.publish_tf);
   top.flag("invert_tf", &parameters->frames.invert_tf);
   readInitialPose(top.known("initial_pose"), parameters);
-  for (const char* group : {"ct", "image", "frames", "sync", "accept", "solver", "tracking"}) top.known(group);
+  for (const char* group : {"ct", "image", "frames", "sync", "accept", "solver", "tracking", "diagnostic_period"})
+    top.known(group);
   for (const std::string& name : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
   }

@@ -66,6 +66,7 @@ struct FrameParameters {
 /// sync/…
 struct SyncParameters {
   double tolerance_s = 0.02;        ///< Largest difference of stamps between the views of one frame.
+  double patience_s = 0.25;         ///< How long a frame waits for a view or a CameraInfo, on the wall.
   bool allow_missing_view = false;  ///< Register with the views that are there.
 };
 

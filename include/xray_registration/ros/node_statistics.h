@@ -1,0 +1,60 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <string>
+
+#include "xray_registration/RegistrationStatus.h"
+#include "xray_registration/registration/tracker.h"
+
+namespace xray_registration {
+
+/// What the node has done so far, for ~status and /diagnostics. Thread-safe.
+class NodeStatistics {
+ public:
+  struct Snapshot {
+    TrackingState state = TrackingState::kWaitingForCt;
+    std::string device;
+    std::size_t device_bytes = 0;
+    std::string ct;
+    std::uint64_t received = 0;
+    std::uint64_t registered = 0;
+    std::uint64_t dropped = 0;
+    std::uint64_t refused = 0;
+    std::string last_error;    ///< Of the device, a CT, a pose or a parameter; not the reason of a refused frame.
+    std::string last_refusal;  ///< Reason of the newest refused frame.
+    double latency_s = 0.0;    ///< Mean over the window.
+    double max_latency_s = 0.0;
+    double solve_ms = 0.0;
+    double rate_hz = 0.0;  ///< Frames that were registered, on the wall's clock.
+  };
+
+  void frameReceived();
+  void frameDropped();
+  void frameRefused(const std::string& reason);
+  void frameRegistered(double latency_s, double solve_ms);
+
+  void setState(TrackingState state);
+  void setDevice(const std::string& name, std::size_t bytes);
+  void setCt(const std::string& name);
+  void setError(const std::string& error);
+
+  Snapshot snapshot() const;
+  /// State, counters, device and CT; the frame's own fields are left alone.
+  void fill(RegistrationStatus* message) const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Registered {
+    Clock::time_point when;
+    double latency_s;
+    double solve_ms;
+  };
+  mutable std::mutex mutex_;
+  Snapshot values_;
+  std::deque<Registered> window_;  ///< The last five seconds.
+};
+
+}  // namespace xray_registration

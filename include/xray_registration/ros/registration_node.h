@@ -1,0 +1,102 @@
+#pragma once
+
+#include <dynamic_reconfigure/server.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <image_transport/image_transport.h>
+#include <image_transport/subscriber.h>
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
+#include <ros/subscriber.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "xray_registration/AcceptConfig.h"
+#include "xray_registration/LoadCt.h"
+#include "xray_registration/SetInitialPose.h"
+#include "xray_registration/SolverConfig.h"
+#include "xray_registration/TrackingConfig.h"
+#include "xray_registration/ros/parameters.h"
+#include "xray_registration/ros/registration_worker.h"
+#include "xray_registration/ros/view_synchroniser.h"
+
+namespace diagnostic_updater {
+class Updater;
+class DiagnosticStatusWrapper;
+}  // namespace diagnostic_updater
+
+namespace xray_registration {
+
+/// The node's logger: rosconsole.
+Logger rosLogger();
+
+/// Subscriptions, services, live parameters and diagnostics around a RegistrationWorker; the same class in the node and
+/// in the nodelet. It brings its own threads: one for images, two for services, the worker's; callbacks of the given
+/// handles' queues are not used. The destructor ends them all, subscriptions first, the device last.
+class RegistrationNode {
+ public:
+  /// `node` resolves the topics, `private_node` the parameters.
+  /// @throws ParameterError
+  RegistrationNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node);
+  ~RegistrationNode();
+  RegistrationNode(const RegistrationNode&) = delete;
+  RegistrationNode& operator=(const RegistrationNode&) = delete;
+
+ private:
+  // On the image thread.
+  void subscribe();
+  void watch();
+  bool timeJumped();
+
+  // On the service threads.
+  bool loadCt(LoadCt::Request& request, LoadCt::Response& response);
+  bool setInitialPose(SetInitialPose::Request& request, SetInitialPose::Response& response);
+  bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool registerOnce(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool setEnabled(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  RegistrationWorker::Answer takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose);
+  void advertiseServices();
+  void serveTuning();
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const;
+
+  ros::CallbackQueue image_queue_;
+  ros::CallbackQueue service_queue_;
+  ros::NodeHandle image_node_;
+  ros::NodeHandle service_node_;
+  ros::NodeHandle private_node_;
+  const NodeParameters parameters_;
+
+  NodeStatistics statistics_;
+  Publishers publishers_;
+  Transforms transforms_;
+  std::unique_ptr<RegistrationWorker> worker_;
+  ViewSynchroniser synchroniser_;
+
+  std::vector<image_transport::Subscriber> image_subscribers_;
+  std::vector<ros::Subscriber> info_subscribers_;
+  ros::Subscriber pose_subscriber_;
+  std::vector<ros::ServiceServer> services_;
+  ros::WallTimer watch_timer_;
+  ros::WallTimer diagnostics_timer_;
+  ros::Time last_now_;
+  bool resubscribe_ = false;
+
+  std::mutex tuning_mutex_;
+  RegistrarOptions registrar_options_;
+  TrackerOptions tracker_options_;
+  std::unique_ptr<dynamic_reconfigure::Server<AcceptConfig>> accept_server_;
+  std::unique_ptr<dynamic_reconfigure::Server<SolverConfig>> solver_server_;
+  std::unique_ptr<dynamic_reconfigure::Server<TrackingConfig>> tracking_server_;
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+
+  // Last: their threads end before anything that they use.
+  std::unique_ptr<ros::AsyncSpinner> image_spinner_;
+  std::unique_ptr<ros::AsyncSpinner> service_spinner_;
+};
+
+}  // namespace xray_registration

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <atomic>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "xray_registration/ros/frame_mailbox.h"
+#include "xray_registration/ros/node_statistics.h"
+#include "xray_registration/ros/publishers.h"
+#include "xray_registration/ros/registration_pipeline.h"
+#include "xray_registration/ros/transforms.h"
+#include "xray_registration/ros/view_synchroniser.h"
+
+namespace xray_registration {
+
+/// The one thread that owns the device: takes the newest frame, registers it, publishes what became of it. Public
+/// methods may be called from any thread and do not wait for the solve.
+class RegistrationWorker {
+ public:
+  /// What came of a request that the worker has carried out.
+  struct Answer {
+    bool success = false;
+    std::string message;
+  };
+
+  /// The others must outlive the worker. Opens the device and loads the CT of the parameters, both on its own thread.
+  RegistrationWorker(const NodeParameters& parameters, Publishers* publishers, Transforms* transforms,
+                     NodeStatistics* statistics, Logger logger);
+  ~RegistrationWorker();
+
+  /// Takes a frame, or answers it at once when it cannot be looked at (switched off, CT being loaded). A frame that
+  /// this one replaces is answered as dropped.
+  void offer(FrameMessages frame);
+
+  /// Broken when the worker stops before it is done.
+  std::future<Answer> loadCt(const std::string& path, const std::string& series_uid);
+
+  /// The CT's pose in `frame_id`; an empty one is the first view's optical frame. Resolved at the next frame's stamp.
+  void setPose(const RigidTransform& T_frame_ct, const std::string& frame_id);
+
+  /// Mode on_demand: register the next usable frame.
+  void registerOnce();
+
+  /// Back to the start: no pose but that of the parameters, no fault. The CT stays.
+  void restart(const std::string& why);
+
+  void setEnabled(bool enabled) { enabled_ = enabled; }
+  bool enabled() const { return enabled_; }
+  void setTuning(const RegistrarOptions& registrar, const TrackerOptions& tracker);
+
+  /// Optical frame of the first view, once an image has come.
+  std::string cameraFrame() const;
+
+  /// Ends the thread; frames that wait are not handled any more. Called by the destructor too.
+  void stop();
+
+ private:
+  struct PoseRequest {
+    RigidTransform T_frame_ct = RigidTransform::Identity();
+    std::string frame_id;
+  };
+
+  void run();
+  void startUp();
+  void restartNow(const std::string& why);
+  Answer loadCtNow(const std::string& path, const std::string& series_uid);
+  void publishSurface();
+  void updateStatistics();
+
+  void handle(const FrameMessages& frame);
+  std::string stampProblem(const std_msgs::Header& header);
+  std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
+  std::string resolvePose(const std_msgs::Header& header);
+  FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
+  void publishOutcome(const std_msgs::Header& header, FrameOutcome outcome);
+  void publishPictures(const std_msgs::Header& header, const FrameOutcome& outcome);
+  void refuse(const std_msgs::Header& header, const std::string& reason);
+  void drop(const FrameMessages& frame);
+
+  const NodeParameters parameters_;
+  Publishers* publishers_;
+  Transforms* transforms_;
+  NodeStatistics* statistics_;
+  Logger logger_;
+
+  FrameMailbox<FrameMessages> mailbox_;
+  std::atomic<bool> enabled_{true};
+  std::atomic<int> loading_{0};
+  mutable std::mutex camera_frame_mutex_;
+  std::string camera_frame_;
+
+  // The worker thread's own.
+  RegistrationPipeline pipeline_;
+  std::optional<PoseRequest> pose_request_;
+  bool register_requested_ = false;
+  bool initial_pose_applies_ = true;
+  ros::Time last_stamp_;
+  ros::Time last_accepted_stamp_;
+  std::future<void> surface_;
+  std::thread thread_;
+};
+
+}  // namespace xray_registration

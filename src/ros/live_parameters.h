@@ -1,0 +1,20 @@
+#pragma once
+
+#include "xray_registration/AcceptConfig.h"
+#include "xray_registration/SolverConfig.h"
+#include "xray_registration/TrackingConfig.h"
+#include "xray_registration/registration/registrar_options.h"
+#include "xray_registration/registration/tracker.h"
+
+namespace xray_registration {
+
+/// dynamic_reconfigure's configurations ↔ the options that they change. cfg/*.cfg has the same names and ranges as
+/// loadParameters.
+AcceptConfig toConfig(const AcceptOptions& options);
+SolverConfig toConfig(const RegistrarOptions& options);
+TrackingConfig toConfig(const TrackerOptions& options);
+void apply(const AcceptConfig& config, AcceptOptions* options);
+void apply(const SolverConfig& config, RegistrarOptions* options);
+void apply(const TrackingConfig& config, TrackerOptions* options);
+
+}  // namespace xray_registration

@@ -1,0 +1,105 @@
+#include "xray_registration/ros/node_statistics.h"
+
+#include <algorithm>
+
+namespace xray_registration {
+
+namespace {
+
+constexpr std::chrono::seconds kWindow{5};
+
+std::uint8_t toMessageState(TrackingState state) {
+  switch (state) {
+    case TrackingState::kWaitingForCt:
+      return RegistrationStatus::WAITING_FOR_CT;
+    case TrackingState::kWaitingForPose:
+      return RegistrationStatus::WAITING_FOR_POSE;
+    case TrackingState::kTracking:
+      return RegistrationStatus::TRACKING;
+    case TrackingState::kLost:
+      return RegistrationStatus::LOST;
+    case TrackingState::kFault:
+      break;
+  }
+  return RegistrationStatus::FAULT;
+}
+
+}  // namespace
+
+void NodeStatistics::frameReceived() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++values_.received;
+}
+
+void NodeStatistics::frameDropped() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++values_.dropped;
+}
+
+void NodeStatistics::frameRefused(const std::string& reason) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++values_.refused;
+  values_.last_refusal = reason;
+}
+
+void NodeStatistics::frameRegistered(double latency_s, double solve_ms) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++values_.registered;
+  const Clock::time_point now = Clock::now();
+  window_.push_back({now, latency_s, solve_ms});
+  while (now - window_.front().when > kWindow) window_.pop_front();
+}
+
+void NodeStatistics::setState(TrackingState state) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  values_.state = state;
+}
+
+void NodeStatistics::setDevice(const std::string& name, std::size_t bytes) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  values_.device = name;
+  values_.device_bytes = bytes;
+}
+
+void NodeStatistics::setCt(const std::string& name) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  values_.ct = name;
+}
+
+void NodeStatistics::setError(const std::string& error) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  values_.last_error = error;
+}
+
+NodeStatistics::Snapshot NodeStatistics::snapshot() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Snapshot result = values_;
+  const Clock::time_point now = Clock::now();
+  int count = 0;
+  for (const Registered& frame : window_) {
+    if (now - frame.when > kWindow) continue;
+    ++count;
+    result.latency_s += frame.latency_s;
+    result.max_latency_s = std::max(result.max_latency_s, frame.latency_s);
+    result.solve_ms += frame.solve_ms;
+  }
+  if (count > 0) {
+    result.latency_s /= count;
+    result.solve_ms /= count;
+  }
+  result.rate_hz = count / std::chrono::duration<double>(kWindow).count();
+  return result;
+}
+
+void NodeStatistics::fill(RegistrationStatus* message) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  message->state = toMessageState(values_.state);
+  message->frames_received = values_.received;
+  message->frames_registered = values_.registered;
+  message->frames_dropped = values_.dropped;
+  message->frames_refused = values_.refused;
+  message->device = values_.device;
+  message->ct = values_.ct;
+}
+
+}  // namespace xray_registration

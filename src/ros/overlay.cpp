@@ -1,0 +1,90 @@
+#include "xray_registration/ros/overlay.h"
+
+#include <sensor_msgs/image_encodings.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <vector>
+
+namespace xray_registration {
+
+namespace {
+
+// OpenCV's matrices do not know const; the views below are only read.
+cv::Mat viewOf(const FloatImage& image) {
+  return {image.height, image.width, CV_32FC1, const_cast<float*>(image.pixels.data())};
+}
+cv::Mat viewOf(const MaskImage& image) {
+  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
+}
+
+float quantile(std::vector<float> values, double share) {
+  if (values.empty()) return 0.0F;
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+/// Grey values from the pixels in use, so that a collimator or an instrument does not darken the picture.
+cv::Mat greyOf(const FloatImage& attenuation, const MaskImage& mask) {
+  std::vector<float> used;
+  used.reserve(attenuation.pixels.size());
+  for (std::size_t i = 0; i < attenuation.pixels.size(); ++i) {
+    if (mask.empty() || mask.pixels[i] != 0) used.push_back(attenuation.pixels[i]);
+  }
+  const double low = quantile(used, 0.01);
+  const double high = quantile(used, 0.99);
+  const double scale = high > low ? 255.0 / (high - low) : 0.0;
+  cv::Mat grey;
+  viewOf(attenuation).convertTo(grey, CV_8UC1, scale, -low * scale);
+  return grey;
+}
+
+/// Pixels on the DRR's strongest edges, one pixel wide.
+cv::Mat edgesOf(const FloatImage& drr) {
+  cv::Mat smooth;
+  cv::GaussianBlur(viewOf(drr), smooth, cv::Size(), 1.0);
+  double low = 0.0;
+  double high = 0.0;
+  cv::minMaxLoc(smooth, &low, &high);
+  cv::Mat grey;
+  const double scale = high > low ? 255.0 / (high - low) : 0.0;
+  smooth.convertTo(grey, CV_8UC1, scale, -low * scale);
+  cv::Mat edges;
+  cv::Canny(grey, edges, 20.0, 50.0, 3, true);
+  return edges;
+}
+
+}  // namespace
+
+sensor_msgs::Image drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const FloatImage& drr,
+                               OverlayColour colour) {
+  const auto differs = [&](const auto& other) {
+    return !other.empty() && (other.width != attenuation.width || other.height != attenuation.height);
+  };
+  if (attenuation.empty() || differs(mask) || differs(drr)) {
+    throw std::invalid_argument("an overlay needs an X-ray, and a mask and a DRR of its size");
+  }
+  sensor_msgs::Image message;
+  message.width = static_cast<std::uint32_t>(attenuation.width);
+  message.height = static_cast<std::uint32_t>(attenuation.height);
+  message.encoding = sensor_msgs::image_encodings::RGB8;
+  message.step = message.width * 3;
+  message.data.resize(static_cast<std::size_t>(message.step) * message.height);
+  cv::Mat picture(attenuation.height, attenuation.width, CV_8UC3, message.data.data());
+  cv::cvtColor(greyOf(attenuation, mask), picture, cv::COLOR_GRAY2RGB);
+  if (!mask.empty()) {
+    const cv::Mat left_out = viewOf(mask) == 0;
+    cv::Mat tinted;
+    cv::addWeighted(picture, 0.6, cv::Mat(picture.size(), CV_8UC3, cv::Scalar(30, 60, 255)), 0.4, 0.0, tinted);
+    tinted.copyTo(picture, left_out);
+  }
+  if (!drr.empty()) {
+    picture.setTo(colour == OverlayColour::kAccepted ? cv::Scalar(40, 255, 80) : cv::Scalar(255, 50, 40), edgesOf(drr));
+  }
+  return message;
+}
+
+}  // namespace xray_registration

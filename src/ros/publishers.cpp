@@ -1,0 +1,64 @@
+#include "xray_registration/ros/publishers.h"
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
+
+#include "xray_registration/ros/conversions.h"
+#include "xray_registration/ros/overlay.h"
+#include "xray_registration/ros/surface_marker.h"
+
+namespace xray_registration {
+
+Publishers::Publishers(ros::NodeHandle private_node, const NodeParameters& parameters)
+    : frames_(parameters.frames), drr_encoding_(parameters.drr_encoding) {
+  // Deep enough that a burst of refused frames is told in full.
+  status_ = private_node.advertise<RegistrationStatus>("status", 100);
+  pose_ = private_node.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10);
+  surface_ = private_node.advertise<visualization_msgs::Marker>("ct_surface", 1, true);
+  image_transport::ImageTransport transport(private_node);
+  for (const std::string& view : parameters.viewNames()) {
+    const std::string prefix = view.empty() ? "" : view + "/";
+    drr_.push_back(transport.advertise(prefix + "drr", 1));
+    overlay_.push_back(transport.advertise(prefix + "overlay", 1));
+  }
+}
+
+void Publishers::sendPose(const std_msgs::Header& header, const RegistrationResult& result,
+                          const Eigen::Vector3d& centre_ct_mm, const RigidTransform& T_fixed_camera) {
+  if (frames_.publish_tf && header.stamp > last_tf_stamp_) {
+    last_tf_stamp_ = header.stamp;
+    RigidTransform T_parent_child = T_fixed_camera * result.T_camera_ct;
+    geometry_msgs::TransformStamped transform;
+    transform.header.stamp = header.stamp;
+    transform.header.frame_id = frames_.fixed.empty() ? header.frame_id : frames_.fixed;
+    transform.child_frame_id = frames_.ct;
+    if (frames_.invert_tf) {
+      T_parent_child = T_parent_child.inverse();
+      std::swap(transform.header.frame_id, transform.child_frame_id);
+    }
+    transform.transform = toTransform(T_parent_child);
+    broadcaster_.sendTransform(transform);
+  }
+  geometry_msgs::PoseWithCovarianceStamped pose;
+  pose.header = header;
+  pose.pose = toPoseWithCovariance(result.T_camera_ct, result.covariance, centre_ct_mm);
+  pose_.publish(pose);
+}
+
+void Publishers::drr(std::size_t view, const std_msgs::Header& header, const FloatImage& drr) const {
+  sensor_msgs::Image message = drr_encoding_ == "32FC1" ? toFloatMessage(drr) : toDisplayMessage(drr);
+  message.header = header;
+  drr_[view].publish(message);
+}
+
+void Publishers::overlay(std::size_t view, const std_msgs::Header& header, const ViewInput& input,
+                         const FloatImage& drr, bool accepted) const {
+  sensor_msgs::Image message =
+      drawOverlay(input.attenuation, input.mask, drr, accepted ? OverlayColour::kAccepted : OverlayColour::kRefused);
+  message.header = header;
+  overlay_[view].publish(message);
+}
+
+void Publishers::surface(const TriangleMesh& mesh) const { surface_.publish(toMarker(mesh, frames_.ct)); }
+
+}  // namespace xray_registration

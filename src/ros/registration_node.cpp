@@ -1,0 +1,270 @@
+#include "xray_registration/ros/registration_node.h"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <image_transport/camera_common.h>
+#include <ros/console.h>
+
+#include <boost/make_shared.hpp>
+#include <chrono>
+#include <utility>
+
+#include "live_parameters.h"
+#include "xray_registration/ros/conversions.h"
+
+namespace xray_registration {
+
+namespace {
+
+// Two images and their CameraInfos: an image that is being paired must not be lost to the next.
+constexpr int kQueueSize = 2;
+constexpr int kInfoQueueSize = 8;
+constexpr double kWatchPeriod = 0.1;        // s, on the wall
+constexpr double kDiagnosticsPeriod = 1.0;  // s, on the wall: goes on while a simulated clock stands
+
+ros::NodeHandle withQueue(const ros::NodeHandle& node, ros::CallbackQueue* queue) {
+  ros::NodeHandle result(node);
+  result.setCallbackQueue(queue);
+  return result;
+}
+
+ViewSynchroniser::Options synchroniserOptions(const NodeParameters& parameters) {
+  ViewSynchroniser::Options options;
+  options.views = parameters.viewNames();
+  options.tolerance_s = parameters.sync.tolerance_s;
+  options.patience = std::chrono::milliseconds(static_cast<int>(parameters.sync.patience_s * 1000.0));
+  return options;
+}
+
+}  // namespace
+
+Logger rosLogger() {
+  return [](LogLevel level, const std::string& text) {
+    switch (level) {
+      case LogLevel::kDebug:
+        ROS_DEBUG_STREAM(text);
+        break;
+      case LogLevel::kInfo:
+        ROS_INFO_STREAM(text);
+        break;
+      case LogLevel::kWarning:
+        ROS_WARN_STREAM(text);
+        break;
+      case LogLevel::kError:
+        ROS_ERROR_STREAM(text);
+        break;
+    }
+  };
+}
+
+RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
+    : image_node_(withQueue(node, &image_queue_)),
+      service_node_(withQueue(node, &service_queue_)),
+      private_node_(withQueue(private_node, &service_queue_)),
+      parameters_(loadParameters(private_node, rosLogger())),
+      publishers_(private_node_, parameters_),
+      worker_(std::make_unique<RegistrationWorker>(parameters_, &publishers_, &transforms_, &statistics_, rosLogger())),
+      synchroniser_(synchroniserOptions(parameters_),
+                    [this](FrameMessages frame) { worker_->offer(std::move(frame)); }),
+      registrar_options_(parameters_.registrar),
+      tracker_options_(parameters_.tracker) {
+  diagnostics_ =
+      std::make_unique<diagnostic_updater::Updater>(service_node_, private_node_, private_node_.getNamespace());
+  diagnostics_->setHardwareID("none");
+  diagnostics_->add("registration", [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
+  serveTuning();
+  advertiseServices();
+  subscribe();
+  watch_timer_ =
+      image_node_.createWallTimer(ros::WallDuration(kWatchPeriod), [this](const ros::WallTimerEvent&) { watch(); });
+  diagnostics_timer_ = service_node_.createWallTimer(
+      ros::WallDuration(kDiagnosticsPeriod), [this](const ros::WallTimerEvent&) { diagnostics_->force_update(); });
+  image_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &image_queue_);
+  // Two: ~load_ct waits for the worker, and the others must be answered meanwhile.
+  service_spinner_ = std::make_unique<ros::AsyncSpinner>(2, &service_queue_);
+  image_spinner_->start();
+  service_spinner_->start();
+}
+
+RegistrationNode::~RegistrationNode() {
+  watch_timer_.stop();
+  diagnostics_timer_.stop();
+  image_spinner_->stop();
+  image_subscribers_.clear();
+  info_subscribers_.clear();
+  pose_subscriber_.shutdown();
+  worker_->stop();  // Answers a ~load_ct that waits, so that the service threads can end.
+  for (ros::ServiceServer& service : services_) service.shutdown();
+  service_spinner_->stop();
+}
+
+void RegistrationNode::subscribe() {
+  image_subscribers_.clear();
+  info_subscribers_.clear();
+  image_transport::ImageTransport transport(image_node_);
+  const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(),
+                                              private_node_);
+  const std::vector<std::string> views = parameters_.viewNames();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    // The CameraInfo stands beside the image, wherever that was remapped to.
+    const std::string image_topic = image_node_.resolveName(views[i].empty() ? "image_raw" : views[i] + "/image_raw");
+    const std::string info_topic = image_transport::getCameraInfoTopic(image_topic);
+    info_subscribers_.push_back(image_node_.subscribe<sensor_msgs::CameraInfo>(
+        info_topic, kInfoQueueSize, [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
+          if (timeJumped()) synchroniser_.clear();
+          synchroniser_.addInfo(i, info);
+        }));
+    image_subscribers_.push_back(transport.subscribe(
+        image_topic, kQueueSize,
+        [this, i](const sensor_msgs::ImageConstPtr& image) {
+          if (timeJumped()) synchroniser_.clear();
+          synchroniser_.addImage(i, image, ViewSynchroniser::Clock::now());
+        },
+        ros::VoidPtr(), hints));
+  }
+}
+
+bool RegistrationNode::timeJumped() {
+  const ros::Time now = ros::Time::now();
+  const bool back = now < last_now_;
+  last_now_ = now;
+  if (!back) return false;
+  worker_->restart("the clock went back");
+  resubscribe_ = true;
+  return true;
+}
+
+void RegistrationNode::watch() {
+  if (timeJumped()) synchroniser_.clear();
+  // Not inside an image callback: a subscription must not be torn down from within itself.
+  if (resubscribe_) {
+    resubscribe_ = false;
+    subscribe();
+  }
+  synchroniser_.expire(ViewSynchroniser::Clock::now());
+}
+
+void RegistrationNode::advertiseServices() {
+  services_.push_back(private_node_.advertiseService("load_ct", &RegistrationNode::loadCt, this));
+  services_.push_back(private_node_.advertiseService("set_initial_pose", &RegistrationNode::setInitialPose, this));
+  services_.push_back(private_node_.advertiseService("reset", &RegistrationNode::reset, this));
+  services_.push_back(private_node_.advertiseService("register_once", &RegistrationNode::registerOnce, this));
+  services_.push_back(private_node_.advertiseService("set_enabled", &RegistrationNode::setEnabled, this));
+  pose_subscriber_ = service_node_.subscribe<geometry_msgs::PoseWithCovarianceStamped>(
+      "initialpose", 1, [this](const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
+        const RegistrationWorker::Answer answer = takePose(message->header, message->pose.pose);
+        if (answer.success) return;
+        ROS_ERROR_STREAM("initialpose: " << answer.message);
+        statistics_.setError("initialpose: " + answer.message);
+      });
+}
+
+bool RegistrationNode::loadCt(LoadCt::Request& request, LoadCt::Response& response) {
+  if (request.path.empty()) {
+    response.message = "path is empty; a file or a DICOM folder is needed";
+    return true;
+  }
+  try {
+    const RegistrationWorker::Answer answer = worker_->loadCt(request.path, request.series_uid).get();
+    response.success = static_cast<std::uint8_t>(answer.success);
+    response.message = answer.message;
+  } catch (const std::future_error&) {
+    response.message = "the node is shutting down";
+  }
+  return true;
+}
+
+RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose) {
+  if (header.frame_id.empty()) return {false, "header.frame_id is empty; name the frame that the pose is in"};
+  RigidTransform T_frame_ct;
+  try {
+    T_frame_ct = fromPose(pose, "the initial pose");
+  } catch (const std::invalid_argument& error) {
+    return {false, error.what()};
+  }
+  const std::string camera_frame = worker_->cameraFrame();
+  if (!camera_frame.empty()) {
+    std::string why;
+    if (!transforms_.lookup(camera_frame, header.frame_id, ros::Time(), 0.5, &why)) return {false, why};
+  }
+  worker_->setPose(T_frame_ct, header.frame_id);
+  return {true, camera_frame.empty() ? "taken; it is used when the first image comes" : "taken"};
+}
+
+bool RegistrationNode::setInitialPose(SetInitialPose::Request& request, SetInitialPose::Response& response) {
+  const RegistrationWorker::Answer answer = takePose(request.pose.header, request.pose.pose);
+  response.success = static_cast<std::uint8_t>(answer.success);
+  response.message = answer.message;
+  return true;
+}
+
+bool RegistrationNode::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
+  worker_->restart("~reset");
+  response.success = 1;
+  return true;
+}
+
+bool RegistrationNode::registerOnce(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
+  const bool on_demand = parameters_.mode == Mode::kOnDemand;
+  if (on_demand) worker_->registerOnce();
+  response.success = static_cast<std::uint8_t>(on_demand);
+  response.message = on_demand ? "the next usable frame is registered" : "mode is track: every frame is registered";
+  return true;
+}
+
+bool RegistrationNode::setEnabled(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  worker_->setEnabled(request.data != 0);
+  response.success = 1;
+  response.message = request.data != 0 ? "frames are registered" : "frames are refused until switched on again";
+  return true;
+}
+
+void RegistrationNode::serveTuning() {
+  const auto serve = [this](auto* server, const char* group, const auto& start, auto* options) {
+    using Server = typename std::remove_reference_t<decltype(**server)>;
+    *server = std::make_unique<Server>(ros::NodeHandle(private_node_, group));
+    (*server)->setConfigDefault(start);
+    (*server)->updateConfig(start);
+    (*server)->setCallback([this, options](auto& config, std::uint32_t level) {
+      const std::lock_guard<std::mutex> lock(tuning_mutex_);
+      apply(config, options);
+      // The first call only repeats what was loaded.
+      if (level != ~0U) worker_->setTuning(registrar_options_, tracker_options_);
+    });
+  };
+  serve(&accept_server_, "accept", toConfig(registrar_options_.accept), &registrar_options_.accept);
+  serve(&solver_server_, "solver", toConfig(registrar_options_), &registrar_options_);
+  serve(&tracking_server_, "tracking", toConfig(tracker_options_), &tracker_options_);
+}
+
+void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const {
+  const NodeStatistics::Snapshot values = statistics_.snapshot();
+  using Level = diagnostic_msgs::DiagnosticStatus;
+  switch (values.state) {
+    case TrackingState::kTracking:
+      status.summary(Level::OK, toString(values.state));
+      break;
+    case TrackingState::kFault:
+      status.summary(Level::ERROR, std::string("FAULT: ") + values.last_error);
+      break;
+    default:
+      status.summary(Level::WARN, toString(values.state));
+  }
+  if (!worker_->enabled()) status.mergeSummary(Level::WARN, "switched off (~set_enabled)");
+  status.add("state", toString(values.state));
+  status.add("device", values.device);
+  status.add("device bytes", values.device_bytes);
+  status.add("CT", values.ct);
+  status.addf("rate (frames/s)", "%.1f", values.rate_hz);
+  status.addf("latency, mean (ms)", "%.1f", values.latency_s * 1e3);
+  status.addf("latency, largest (ms)", "%.1f", values.max_latency_s * 1e3);
+  status.addf("solve, mean (ms)", "%.1f", values.solve_ms);
+  status.add("frames received", values.received);
+  status.add("frames registered", values.registered);
+  status.add("frames dropped", values.dropped);
+  status.add("frames refused", values.refused);
+  status.add("last refusal", values.last_refusal);
+  status.add("last error", values.last_error);
+}
+
+}  // namespace xray_registration

@@ -1,0 +1,358 @@
+#include "xray_registration/ros/registration_worker.h"
+
+#include <ros/init.h>
+
+#include <exception>
+#include <utility>
+
+#include "xray_registration/ros/conversions.h"
+#include "xray_registration/ros/surface_marker.h"
+
+namespace xray_registration {
+
+namespace {
+
+// A stamp this much older than the last one is a recording that starts again, not a late image.
+constexpr double kRestartAfterSeconds = 1.0;
+// Enough for a picture; bounds the time that the marching cubes take.
+constexpr std::size_t kSurfaceVoxels = 160U * 160U * 160U;
+
+double latencyOf(const std_msgs::Header& header) {
+  const ros::Time now = ros::Time::now();
+  return now.isZero() || header.stamp.isZero() ? 0.0 : now.toSec() - header.stamp.toSec();
+}
+
+}  // namespace
+
+RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publishers* publishers, Transforms* transforms,
+                                       NodeStatistics* statistics, Logger logger)
+    : parameters_(parameters),
+      publishers_(publishers),
+      transforms_(transforms),
+      statistics_(statistics),
+      logger_(std::move(logger)),
+      pipeline_(parameters, logger_) {
+  ++loading_;
+  mailbox_.post([this] { startUp(); });
+  thread_ = std::thread([this] { run(); });
+}
+
+RegistrationWorker::~RegistrationWorker() { stop(); }
+
+void RegistrationWorker::stop() {
+  mailbox_.close();
+  transforms_->stop();
+  if (thread_.joinable()) thread_.join();
+  if (surface_.valid()) surface_.wait();
+}
+
+void RegistrationWorker::run() {
+  FrameMailbox<FrameMessages>::Job job;
+  std::optional<FrameMessages> frame;
+  while (mailbox_.take(&job, &frame)) {
+    try {
+      if (job) job();
+      if (frame) handle(*frame);
+    } catch (const std::exception& error) {
+      // Nothing above is expected to throw; a worker that dies in silence would be worse than a wrong expectation.
+      log(logger_, LogLevel::kError, std::string("internal error: ") + error.what());
+      statistics_->setError(error.what());
+      if (frame) refuse(frame->header, std::string("internal error: ") + error.what());
+    }
+  }
+}
+
+void RegistrationWorker::startUp() {
+  try {
+    pipeline_.openDevice();
+  } catch (const std::exception& error) {
+    log(logger_, LogLevel::kError, error.what());
+    statistics_->setError(error.what());
+  }
+  updateStatistics();
+  if (parameters_.ct.path.empty()) {
+    log(logger_, LogLevel::kWarning, "parameter ct/path is not set: waiting for ~load_ct");
+    --loading_;
+  } else {
+    loadCtNow(parameters_.ct.path, "");  // Takes loading_ back.
+  }
+  if (parameters_.initial_pose) {
+    pose_request_ = PoseRequest{*parameters_.initial_pose, parameters_.initial_pose_frame};
+    register_requested_ = true;
+  }
+}
+
+std::future<RegistrationWorker::Answer> RegistrationWorker::loadCt(const std::string& path,
+                                                                   const std::string& series_uid) {
+  auto promise = std::make_shared<std::promise<Answer>>();
+  std::future<Answer> answer = promise->get_future();
+  ++loading_;
+  mailbox_.post([this, promise, path, series_uid] { promise->set_value(loadCtNow(path, series_uid)); });
+  return answer;
+}
+
+RegistrationWorker::Answer RegistrationWorker::loadCtNow(const std::string& path, const std::string& series_uid) {
+  const TrackingState before = pipeline_.state();
+  statistics_->setState(before == TrackingState::kFault ? before : TrackingState::kWaitingForCt);
+  Answer answer;
+  try {
+    pipeline_.loadCt(path, series_uid);
+    answer = {true, "loaded " + pipeline_.ctName()};
+    log(logger_, LogLevel::kInfo, "loaded CT " + pipeline_.ctName());
+    if (path != parameters_.ct.path) initial_pose_applies_ = false;
+    pose_request_.reset();
+    publishSurface();
+  } catch (const std::exception& error) {
+    answer = {false, error.what()};
+    log(logger_, LogLevel::kError, std::string("the CT was not loaded: ") + error.what());
+    statistics_->setError(error.what());
+  }
+  --loading_;
+  updateStatistics();
+  return answer;
+}
+
+void RegistrationWorker::publishSurface() {
+  const std::shared_ptr<const Volume> ct = pipeline_.ct();
+  pipeline_.dropCt();
+  if (!ct || parameters_.ct.surface_triangles == 0) return;
+  if (surface_.valid()) surface_.wait();
+  surface_ = std::async(std::launch::async, [this, ct] {
+    try {
+      publishers_->surface(boneSurface(reducedForDisplay(*ct, kSurfaceVoxels), parameters_.ct.surface_threshold_hu,
+                                       static_cast<std::size_t>(parameters_.ct.surface_triangles)));
+    } catch (const std::exception& error) {
+      log(logger_, LogLevel::kWarning, std::string("no bone surface: ") + error.what());
+    }
+  });
+}
+
+void RegistrationWorker::updateStatistics() {
+  statistics_->setState(pipeline_.state());
+  statistics_->setDevice(pipeline_.deviceName(), pipeline_.deviceBytes());
+  statistics_->setCt(pipeline_.ctName());
+  if (!pipeline_.fault().empty()) statistics_->setError(pipeline_.fault());
+}
+
+void RegistrationWorker::setPose(const RigidTransform& T_frame_ct, const std::string& frame_id) {
+  mailbox_.post([this, T_frame_ct, frame_id] {
+    pose_request_ = PoseRequest{T_frame_ct, frame_id};
+    register_requested_ = true;
+  });
+}
+
+void RegistrationWorker::registerOnce() {
+  mailbox_.post([this] { register_requested_ = true; });
+}
+
+void RegistrationWorker::restart(const std::string& why) {
+  if (const std::optional<FrameMessages> waiting = mailbox_.clear()) drop(*waiting);
+  mailbox_.post([this, why] { restartNow(why); });
+}
+
+void RegistrationWorker::restartNow(const std::string& why) {
+  log(logger_, LogLevel::kWarning, why + ": the pose is forgotten, the CT is kept");
+  pipeline_.reset();
+  pose_request_.reset();
+  publishers_->forgetStamps();
+  last_stamp_ = last_accepted_stamp_ = ros::Time();
+  if (parameters_.initial_pose && initial_pose_applies_) {
+    pose_request_ = PoseRequest{*parameters_.initial_pose, parameters_.initial_pose_frame};
+  }
+  updateStatistics();
+}
+
+void RegistrationWorker::setTuning(const RegistrarOptions& registrar, const TrackerOptions& tracker) {
+  mailbox_.post([this, registrar, tracker] {
+    pipeline_.setTuning(registrar, tracker);
+    updateStatistics();
+  });
+}
+
+std::string RegistrationWorker::cameraFrame() const {
+  const std::lock_guard<std::mutex> lock(camera_frame_mutex_);
+  return camera_frame_;
+}
+
+void RegistrationWorker::offer(FrameMessages frame) {
+  statistics_->frameReceived();
+  const ViewMessage& first = frame.views.front();
+  if (first.image && !first.image->header.frame_id.empty()) {
+    const std::lock_guard<std::mutex> lock(camera_frame_mutex_);
+    camera_frame_ = first.image->header.frame_id;
+  }
+  if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
+  if (loading_ > 0) return refuse(frame.header, "a CT is being loaded");
+  if (const std::optional<FrameMessages> replaced = mailbox_.put(std::move(frame))) drop(*replaced);
+}
+
+void RegistrationWorker::drop(const FrameMessages& frame) {
+  statistics_->frameDropped();
+  RegistrationStatus message;
+  message.header = frame.header;
+  message.reason = "dropped: a newer frame came before this one was looked at";
+  message.pose.orientation.w = 1.0;
+  message.latency = latencyOf(frame.header);
+  statistics_->fill(&message);
+  publishers_->status(message);
+}
+
+void RegistrationWorker::refuse(const std_msgs::Header& header, const std::string& reason) {
+  FrameOutcome outcome;
+  outcome.result.reason = reason;
+  statistics_->frameRefused(reason);
+  RegistrationStatus message;
+  message.header = header;
+  message.reason = reason;
+  message.pose.orientation.w = 1.0;
+  message.latency = latencyOf(header);
+  statistics_->fill(&message);
+  publishers_->status(message);
+}
+
+std::string RegistrationWorker::stampProblem(const std_msgs::Header& header) {
+  if (header.stamp.isZero()) return "the image has no stamp";
+  if (header.stamp == last_stamp_) return "a frame with this stamp was already handled";
+  if (header.stamp < last_stamp_) {
+    if (last_stamp_.toSec() - header.stamp.toSec() < kRestartAfterSeconds) {
+      return "the image is older than the last one";
+    }
+    restartNow("the images' stamps went back");
+  }
+  last_stamp_ = header.stamp;
+  return "";
+}
+
+void RegistrationWorker::handle(const FrameMessages& frame) {
+  std_msgs::Header header = frame.header;
+  if (const std::string problem = stampProblem(header); !problem.empty()) return refuse(header, problem);
+  if (parameters_.mode == Mode::kOnDemand && !register_requested_) {
+    return refuse(header, "mode is on_demand: waiting for a pose or ~register_once");
+  }
+  // Everything is said in the first view's frame, also when that view is missing for once.
+  header.frame_id = cameraFrame();
+  if (header.frame_id.empty()) {
+    return refuse(frame.header,
+                  frame.views.front().image ? "the image has no frame_id" : "the first view's frame is not known yet");
+  }
+  if (header.frame_id == parameters_.frames.ct) {
+    return refuse(header, "the image's frame_id is '" + header.frame_id + "', the frame of the CT (frames/ct)");
+  }
+  publishOutcome(header, registerFrame(frame, header));
+}
+
+std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, const std::string& camera_frame) const {
+  const std::vector<std::string> names = parameters_.viewNames();
+  std::vector<RawView> views(frame.views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const ViewMessage& message = frame.views[i];
+    RawView& view = views[i];
+    view.name = names[i];
+    view.problem = message.problem;
+    if (!view.problem.empty()) continue;
+    try {
+      if (i > 0) {
+        const std::string& view_frame = message.image->header.frame_id;
+        if (view_frame.empty()) throw FrameError("the image has no frame_id");
+        std::string why;
+        const std::optional<RigidTransform> T_view_first =
+            transforms_->lookup(view_frame, camera_frame, frame.header.stamp, parameters_.frames.tf_timeout_s, &why);
+        if (!T_view_first) throw FrameError(why);
+        view.T_view_first = *T_view_first;
+      }
+      view.calibration = calibration(*message.info);
+      view.image = rawImage(*message.image);
+    } catch (const FrameError& error) {
+      view.problem = error.what();
+    }
+  }
+  return views;
+}
+
+std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
+  if (!pose_request_) return "";
+  RigidTransform T_camera_frame = RigidTransform::Identity();
+  if (!pose_request_->frame_id.empty()) {
+    std::string why;
+    const std::optional<RigidTransform> found = transforms_->lookup(
+        header.frame_id, pose_request_->frame_id, header.stamp, parameters_.frames.tf_timeout_s, &why);
+    if (!found) return "the initial pose cannot be used: " + why;
+    T_camera_frame = *found;
+  }
+  pipeline_.setPose(T_camera_frame * pose_request_->T_frame_ct);
+  pose_request_.reset();
+  return "";
+}
+
+FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const std_msgs::Header& header) {
+  FrameOutcome refused;
+  refused.result.reason = resolvePose(header);
+  if (!refused.result.reason.empty()) return refused;
+  std::optional<RigidTransform> motion;
+  if (!parameters_.frames.fixed.empty() && pipeline_.lastAcceptedStamp()) {
+    motion = transforms_->motion(header.frame_id, header.stamp, last_accepted_stamp_, parameters_.frames.fixed);
+  }
+  return pipeline_.process(header.stamp.toSec(), rawViews(frame, header.frame_id), motion);
+}
+
+void RegistrationWorker::publishOutcome(const std_msgs::Header& header, FrameOutcome outcome) {
+  RegistrationResult& result = outcome.result;
+  if (outcome.registered) register_requested_ = false;
+  if (result.accepted) {
+    last_accepted_stamp_ = header.stamp;
+    RigidTransform T_fixed_camera = RigidTransform::Identity();
+    if (!parameters_.frames.fixed.empty()) {
+      const std::optional<RigidTransform> found = transforms_->lookup(
+          parameters_.frames.fixed, header.frame_id, header.stamp, parameters_.frames.tf_timeout_s, &result.reason);
+      result.accepted = found.has_value();
+      if (found) T_fixed_camera = *found;
+    }
+    if (result.accepted) publishers_->sendPose(header, result, pipeline_.centreCt(), T_fixed_camera);
+  }
+  updateStatistics();
+  RegistrationStatus message;
+  message.header = header;
+  message.latency = latencyOf(header);
+  if (result.accepted) {
+    statistics_->frameRegistered(message.latency, result.solve_ms);
+  } else {
+    statistics_->frameRefused(result.reason);
+  }
+  message.accepted = result.accepted;
+  message.reason = result.reason;
+  message.views_used = outcome.registered ? outcome.views_used : std::vector<std::string>{};
+  message.views_missing = outcome.views_missing;
+  message.iterations = static_cast<std::uint32_t>(result.iterations);
+  message.converged = result.converged;
+  message.similarity = result.similarity;
+  message.residual = result.residual;
+  message.inlier_fraction = result.inlier_fraction;
+  message.condition_number = result.condition_number;
+  message.registered = outcome.registered;
+  message.pose = toPose(outcome.registered ? result.T_camera_ct : RigidTransform::Identity());
+  message.solve_time = result.solve_ms * 1e-3;
+  message.upload_time = result.upload_ms * 1e-3;
+  statistics_->fill(&message);
+  publishers_->status(message);
+  publishPictures(header, outcome);
+}
+
+void RegistrationWorker::publishPictures(const std_msgs::Header& header, const FrameOutcome& outcome) {
+  if (!outcome.registered) return;
+  for (std::size_t i = 0; i < outcome.views.size(); ++i) {
+    const bool wants_drr = outcome.result.accepted && publishers_->wantsDrr(i);
+    const bool wants_overlay = publishers_->wantsOverlay(i);
+    if (!outcome.views[i] || !(wants_drr || wants_overlay)) continue;
+    const ViewInput& view = *outcome.views[i];
+    try {
+      const FloatImage drr = pipeline_.renderDrr(view.camera, view.T_view_first * outcome.result.T_camera_ct);
+      if (drr.empty()) continue;
+      if (wants_drr) publishers_->drr(i, header, drr);
+      if (wants_overlay) publishers_->overlay(i, header, view, drr, outcome.result.accepted);
+    } catch (const std::exception& error) {
+      log(logger_, LogLevel::kWarning, std::string("no picture of the result: ") + error.what());
+    }
+  }
+}
+
+}  // namespace xray_registration

@@ -1,0 +1,39 @@
+#include "xray_registration/ros/transforms.h"
+
+#include <stdexcept>
+#include <thread>
+
+#include "xray_registration/ros/conversions.h"
+
+namespace xray_registration {
+
+Transforms::Transforms() : listener_(buffer_) {}
+
+std::optional<RigidTransform> Transforms::lookup(const std::string& target, const std::string& source,
+                                                 const ros::Time& stamp, double timeout_s, std::string* why) const {
+  if (target == source) return RigidTransform::Identity();
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
+  while (true) {
+    try {
+      const geometry_msgs::TransformStamped found = buffer_.lookupTransform(target, source, stamp);
+      return fromTransform(found.transform, "the transform from " + source + " to " + target);
+    } catch (const std::exception& error) {  // tf2::TransformException and std::invalid_argument
+      if (stopped_ || std::chrono::steady_clock::now() >= deadline) {
+        *why = "no transform from '" + source + "' to '" + target + "': " + error.what();
+        return std::nullopt;
+      }
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+std::optional<RigidTransform> Transforms::motion(const std::string& target, const ros::Time& now, const ros::Time& then,
+                                                 const std::string& fixed) const {
+  try {
+    return fromTransform(buffer_.lookupTransform(target, now, target, then, fixed).transform);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace xray_registration
