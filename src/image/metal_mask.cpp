@@ -1,0 +1,217 @@
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "image/mask_common.h"
+#include "xray_registration/image/mask.h"
+
+// Metal is found by two marks together. It stands out from what is around it (white top-hat of the attenuation), by
+// more than noise. And all along its outline the step is as sharp as the detector: nearly the whole rise within two
+// pixels. A bone's limb thickens like the square root of the distance, so hardly more than half of its rise over six
+// pixels lies in two of them; a cortex seen on edge is sharper, but its step is small and its outline does not close.
+// Outlines are judged at several levels, so that a rod on dense bone is seen at the level where it stands alone.
+namespace xray_registration {
+namespace {
+
+using mask_detail::kUse;
+
+constexpr int kFineSide = 640;    ///< Longest side of the copy where beads and letters of lead are searched.
+constexpr int kCoarseSide = 330;  ///< Of the one where rods, screws and balls are.
+constexpr int kFineRadius = 5;    ///< Pixels of the copy; twice this is the largest thickness that is found there.
+constexpr int kCoarseRadius = 16;
+constexpr int kFineArea = 4;  ///< Least area.
+constexpr int kCoarseArea = 50;
+
+constexpr float kLevels[] = {0.22F, 0.35F, 0.6F, 1.0F, 1.6F};  ///< Nepers above the surroundings.
+constexpr float kSmallestStep = 0.3F;                          ///< Nepers, over six pixels.
+constexpr float kSharpness = 0.72F;                            ///< Least share of the step that lies in two pixels.
+constexpr double kSharpOutline = 0.85;                         ///< Least share of the outline that is sharp.
+constexpr double kAlongField = 0.3;     ///< Largest share of the outline that lies along the field's edge.
+constexpr float kSmallestBead = 0.15F;  ///< Nepers above the surroundings.
+constexpr float kBeadRing = 0.4F;       ///< Largest share of that on the ring around a bead.
+constexpr float kNoiseFactor = 10.0F;   ///< A step must be this many standard deviations of the noise.
+constexpr int kFieldRim = 3;            ///< Pixels of the copy that count as the field's edge.
+constexpr int kRim = 2;                 ///< Pixels of the searched copy around what is found: its blur.
+
+cv::Mat square(int radius) { return cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8U); }
+
+cv::Mat morphed(const cv::Mat& image, int operation, int radius) {
+  cv::Mat result;
+  cv::morphologyEx(image, result, operation, square(radius), {-1, -1}, 1, cv::BORDER_REPLICATE);
+  return result;
+}
+
+/// What lies outside of the field takes the mean of what is near it, so that the field's edge is no edge of metal.
+cv::Mat filledOutside(const cv::Mat& attenuation, const cv::Mat& field) {
+  if (cv::countNonZero(field) == static_cast<int>(field.total())) return attenuation;
+  cv::Mat weight;
+  field.convertTo(weight, CV_32F, 1.0 / kUse);
+  cv::Mat mean = attenuation.mul(weight);
+  const cv::Size window(31, 31);
+  cv::blur(mean, mean, window);
+  cv::blur(weight, weight, window);
+  cv::max(weight, 1e-6, weight);
+  cv::divide(mean, weight, mean);
+  attenuation.copyTo(mean, field);
+  return mean;
+}
+
+/// Standard deviation of the noise around each pixel: of second differences, which smooth shadows do not have. The mean
+/// over a wide window of a value that is cut at a few times its median keeps edges from counting as noise.
+cv::Mat localNoise(const cv::Mat& image) {
+  cv::Mat second;
+  // The mixed second difference of white noise has a standard deviation of 6 times the noise's, and a mean of its
+  // absolute value of 0.8 of that.
+  const cv::Mat kernel = (cv::Mat_<float>(3, 3) << 1, -2, 1, -2, 4, -2, 1, -2, 1);
+  cv::filter2D(image, second, CV_32F, kernel, {-1, -1}, 0.0, cv::BORDER_REFLECT_101);
+  second = cv::abs(second);
+  cv::Mat noise;
+  cv::min(second, 4.0 * std::max(mask_detail::percentiles(second, 0.5, 0.75).high, 1e-3F), noise);
+  cv::blur(noise, noise, {17, 17});
+  return noise / (6.0 * 0.8);
+}
+
+/// Pixels where a step is sharp, higher than anatomy's, and not noise.
+cv::Mat sharpSteps(const cv::Mat& attenuation, const cv::Mat& noise) {
+  const cv::Mat near_step = morphed(attenuation, cv::MORPH_GRADIENT, 1);
+  cv::Mat least;
+  cv::max(kNoiseFactor * noise, kSmallestStep, least);
+  // Two pixels hold most of the step, so that few are left to look at more closely.
+  cv::Mat sharp = near_step > kSharpness * least;
+  if (cv::countNonZero(sharp) == 0) return sharp;
+  const cv::Mat whole_step = morphed(attenuation, cv::MORPH_GRADIENT, 3);
+  return sharp & (near_step > kSharpness * whole_step) & (whole_step > least);
+}
+
+/// What is known of a copy before objects are searched in it.
+struct Copy {
+  cv::Mat attenuation;
+  cv::Mat noise;
+  cv::Mat sharp;
+  cv::Mat field_edge;  ///< Near what lies outside of the field.
+};
+
+Copy prepared(const cv::Mat& attenuation, const cv::Mat& field) {
+  Copy copy;
+  copy.attenuation = filledOutside(attenuation, field);
+  copy.noise = localNoise(copy.attenuation);
+  copy.sharp = sharpSteps(copy.attenuation, copy.noise);
+  copy.field_edge = morphed(~field, cv::MORPH_DILATE, kFieldRim);
+  return copy;
+}
+
+struct Outline {
+  int length = 0;
+  int sharp = 0;
+  int along_field = 0;
+  bool isMetal() const { return length > 0 && sharp >= kSharpOutline * length && along_field <= kAlongField * length; }
+};
+
+std::vector<Outline> outlines(const cv::Mat& labels, int count, const Copy& copy) {
+  std::vector<Outline> result(static_cast<std::size_t>(count));
+  for (int v = 0; v < labels.rows; ++v) {
+    const int* label = labels.ptr<int>(v);
+    const int* above = labels.ptr<int>(std::max(v - 1, 0));
+    const int* below = labels.ptr<int>(std::min(v + 1, labels.rows - 1));
+    const std::uint8_t* is_sharp = copy.sharp.ptr<std::uint8_t>(v);
+    const std::uint8_t* is_edge = copy.field_edge.ptr<std::uint8_t>(v);
+    for (int u = 0; u < labels.cols; ++u) {
+      const int own = label[u];
+      if (own == 0) continue;
+      const int left = label[std::max(u - 1, 0)];
+      const int right = label[std::min(u + 1, labels.cols - 1)];
+      if (left == own && right == own && above[u] == own && below[u] == own) continue;
+      Outline& outline = result[static_cast<std::size_t>(own)];
+      ++outline.length;
+      outline.sharp += is_sharp[u] != 0 ? 1 : 0;
+      outline.along_field += is_edge[u] != 0 ? 1 : 0;
+    }
+  }
+  return result;
+}
+
+/// Adds the regions above `level` whose outline is metal's.
+void findAtLevel(const Copy& copy, const cv::Mat& excess, float level, int least_area, cv::Mat* metal) {
+  cv::Mat labels;
+  cv::Mat statistics;
+  cv::Mat centroids;
+  const int count = cv::connectedComponentsWithStats(excess > level, labels, statistics, centroids, 8, CV_32S);
+  const std::vector<Outline> found = outlines(labels, count, copy);
+  for (int i = 1; i < count; ++i) {
+    const int* row = statistics.ptr<int>(i);
+    if (row[cv::CC_STAT_AREA] < least_area || !found[static_cast<std::size_t>(i)].isMetal()) continue;
+    const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
+    (*metal)(box).setTo(kUse, labels(box) == i);
+  }
+}
+
+/// Offsets of the pixels on a ring of about `radius`.
+std::vector<cv::Point> ringOf(int radius) {
+  std::vector<cv::Point> ring;
+  for (int v = -radius; v <= radius; ++v) {
+    for (int u = -radius; u <= radius; ++u) {
+      if (std::abs(std::hypot(u, v) - radius) < 0.6) ring.emplace_back(u, v);
+    }
+  }
+  return ring;
+}
+
+/// Adds round spots of a few pixels.
+void findBeads(const Copy& copy, const cv::Mat& excess, cv::Mat* metal) {
+  const std::vector<cv::Point> ring = ringOf(kFineRadius - 1);
+  const int border = kFineRadius;
+  for (int v = border; v < excess.rows - border; ++v) {
+    const float* row = excess.ptr<float>(v);
+    for (int u = border; u < excess.cols - border; ++u) {
+      const float peak = row[u];
+      if (peak < kSmallestBead || peak < row[u - 1] || peak < row[u + 1]) continue;
+      if (peak < kNoiseFactor * copy.noise.at<float>(v, u) || copy.field_edge.at<std::uint8_t>(v, u) != 0) continue;
+      const bool alone = std::all_of(ring.begin(), ring.end(), [&](const cv::Point& offset) {
+        return excess.at<float>(v + offset.y, u + offset.x) <= kBeadRing * peak;
+      });
+      if (alone) cv::circle(*metal, {u, v}, kRim, cv::Scalar(kUse), cv::FILLED);
+    }
+  }
+}
+
+/// Metal up to twice `radius` thick, without its rim.
+cv::Mat findMetal(const Copy& copy, const cv::Mat& excess, int least_area) {
+  cv::Mat metal = cv::Mat::zeros(copy.attenuation.size(), CV_8U);
+  if (cv::countNonZero(copy.sharp) < kFineArea) return metal;
+  for (const float level : kLevels) findAtLevel(copy, excess, level, least_area, &metal);
+  return metal;
+}
+
+cv::Mat excessOver(const Copy& copy, int radius) {
+  return copy.attenuation - morphed(copy.attenuation, cv::MORPH_OPEN, radius);
+}
+
+}  // namespace
+
+MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
+  MaskImage result(attenuation.width, attenuation.height, kUse);
+  if (attenuation.empty()) return result;
+  const cv::Mat image = mask_detail::view(attenuation);
+  const int fine_factor = mask_detail::factorFor(image.size(), kFineSide);
+  const cv::Mat fine_image = mask_detail::shrunk(image, fine_factor);
+  cv::Mat fine_field(fine_image.size(), CV_8U, cv::Scalar(kUse));
+  // Only blocks that lie wholly inside: at the field's edge everything is sharp.
+  if (!field.empty()) fine_field = mask_detail::shrunk(mask_detail::view(field), fine_factor) == kUse;
+  const Copy fine = prepared(fine_image, fine_field);
+  const cv::Mat fine_excess = excessOver(fine, kFineRadius);
+  cv::Mat metal = findMetal(fine, fine_excess, kFineArea);
+  findBeads(fine, fine_excess, &metal);
+  metal = morphed(metal, cv::MORPH_DILATE, kRim);
+
+  const int coarse_factor = mask_detail::factorFor(fine_image.size(), kCoarseSide);
+  const Copy coarse = coarse_factor == 1 ? fine
+                                         : prepared(mask_detail::shrunk(fine_image, coarse_factor),
+                                                    mask_detail::shrunk(fine_field, coarse_factor) == kUse);
+  const cv::Mat large = findMetal(coarse, excessOver(coarse, kCoarseRadius), kCoarseArea);
+  metal |= mask_detail::grown(morphed(large, cv::MORPH_DILATE, kRim), coarse_factor, fine_image.size());
+  mask_detail::view(result).setTo(0, mask_detail::grown(metal, fine_factor, image.size()));
+  return result;
+}
+
+}  // namespace xray_registration
