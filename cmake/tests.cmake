@@ -44,6 +44,7 @@ xray_tests_of(registration evaluation)
 xray_tests_of(evaluation)
 if(XRAY_REGISTRATION_ROS)
   include(cmake/ros_tests.cmake)
+  include(cmake/evaluation_tests.cmake)
 endif()
 
 add_test(NAME architecture.rooms

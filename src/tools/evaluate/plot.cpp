@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "tools/evaluate/operating_curve.h"
 #include "tools/evaluate/panel.h"
+#include "xray_registration/evaluation/operating_curve.h"
 
 namespace xray_registration::tools {
 namespace {

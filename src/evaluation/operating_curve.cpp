@@ -1,9 +1,9 @@
-#include "tools/evaluate/operating_curve.h"
+#include "xray_registration/evaluation/operating_curve.h"
 
 #include <algorithm>
 #include <limits>
 
-namespace xray_registration::tools {
+namespace xray_registration {
 
 std::vector<OperatingPoint> operatingCurve(const std::vector<Trial>& trials, const SuccessCriteria& criteria,
                                            const std::function<double(const Trial&)>& cue) {
@@ -35,4 +35,4 @@ std::vector<OperatingPoint> operatingCurve(const std::vector<Trial>& trials, con
   return curve;
 }
 
-}  // namespace xray_registration::tools
+}  // namespace xray_registration

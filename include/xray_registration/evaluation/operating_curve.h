@@ -5,7 +5,7 @@
 
 #include "xray_registration/evaluation/trial_statistics.h"
 
-namespace xray_registration::tools {
+namespace xray_registration {
 
 /// One threshold of a cue: which part of the good results it would accept, and which part of the wrong ones.
 struct OperatingPoint {
@@ -20,4 +20,4 @@ struct OperatingPoint {
 std::vector<OperatingPoint> operatingCurve(const std::vector<Trial>& trials, const SuccessCriteria& criteria,
                                            const std::function<double(const Trial&)>& cue);
 
-}  // namespace xray_registration::tools
+}  // namespace xray_registration
