@@ -61,6 +61,7 @@ std::vector<float> largestPerLabel(const cv::Mat& values, const cv::Mat& labels,
 /// around each pixel.
 void findLetters(const cv::Mat& image, const cv::Mat& steps, const cv::Mat& extreme, float value, float least_step,
                  cv::Mat* letters) {
+  if (cv::countNonZero(extreme & (steps > least_step)) < kSmallestArea) return;
   cv::Mat labels;
   cv::Mat statistics;
   cv::Mat centroids;

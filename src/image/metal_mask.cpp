@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -20,13 +21,15 @@ constexpr int kFineSide = 640;    ///< Longest side of the copy where beads and 
 constexpr int kCoarseSide = 330;  ///< Of the one where rods, screws and balls are.
 constexpr int kFineRadius = 5;    ///< Pixels of the copy; twice this is the largest thickness that is found there.
 constexpr int kCoarseRadius = 16;
-constexpr int kFineArea = 4;  ///< Least area.
+constexpr int kFineArea = 12;  ///< Least area; what is smaller must be a bead.
 constexpr int kCoarseArea = 50;
 
-constexpr float kLevels[] = {0.22F, 0.35F, 0.6F, 1.0F, 1.6F};  ///< Nepers above the surroundings.
-constexpr float kSmallestStep = 0.3F;                          ///< Nepers, over six pixels.
-constexpr float kSharpness = 0.72F;                            ///< Least share of the step that lies in two pixels.
-constexpr double kSharpOutline = 0.85;                         ///< Least share of the outline that is sharp.
+/// Nepers above the surroundings. The fine copy adds what is thin, which few levels find.
+constexpr std::array<float, 4> kCoarseLevels{0.35F, 0.6F, 1.0F, 1.6F};
+constexpr std::array<float, 2> kFineLevels{0.35F, 0.8F};
+constexpr float kSmallestStep = 0.3F;   ///< Nepers, over six pixels.
+constexpr float kSharpness = 0.72F;     ///< Least share of the step that lies in two pixels.
+constexpr double kSharpOutline = 0.85;  ///< Least share of the outline that is sharp.
 constexpr double kAlongField = 0.3;     ///< Largest share of the outline that lies along the field's edge.
 constexpr float kSmallestBead = 0.15F;  ///< Nepers above the surroundings.
 constexpr float kBeadRing = 0.4F;       ///< Largest share of that on the ring around a bead.
@@ -133,10 +136,12 @@ std::vector<Outline> outlines(const cv::Mat& labels, int count, const Copy& copy
 
 /// Adds the regions above `level` whose outline is metal's.
 void findAtLevel(const Copy& copy, const cv::Mat& excess, float level, int least_area, cv::Mat* metal) {
+  const cv::Mat above = excess > level;
+  if (cv::countNonZero(above & copy.sharp) == 0) return;
   cv::Mat labels;
   cv::Mat statistics;
   cv::Mat centroids;
-  const int count = cv::connectedComponentsWithStats(excess > level, labels, statistics, centroids, 8, CV_32S);
+  const int count = cv::connectedComponentsWithStats(above, labels, statistics, centroids, 8, CV_32S);
   const std::vector<Outline> found = outlines(labels, count, copy);
   for (int i = 1; i < count; ++i) {
     const int* row = statistics.ptr<int>(i);
@@ -168,7 +173,11 @@ void findBeads(const Copy& copy, const cv::Mat& excess, cv::Mat* metal) {
       if (peak < kSmallestBead || peak < row[u - 1] || peak < row[u + 1]) continue;
       if (peak < kNoiseFactor * copy.noise.at<float>(v, u) || copy.field_edge.at<std::uint8_t>(v, u) != 0) continue;
       const bool alone = std::all_of(ring.begin(), ring.end(), [&](const cv::Point& offset) {
-        return excess.at<float>(v + offset.y, u + offset.x) <= kBeadRing * peak;
+        // Lower than the spot itself, too: the top-hat alone would take the tip of a ridge for a spot.
+        const int ring_v = v + offset.y;
+        const int ring_u = u + offset.x;
+        const float drop = copy.attenuation.at<float>(v, u) - copy.attenuation.at<float>(ring_v, ring_u);
+        return excess.at<float>(ring_v, ring_u) <= kBeadRing * peak && drop >= kBeadRing * peak;
       });
       if (alone) cv::circle(*metal, {u, v}, kRim, cv::Scalar(kUse), cv::FILLED);
     }
@@ -176,10 +185,11 @@ void findBeads(const Copy& copy, const cv::Mat& excess, cv::Mat* metal) {
 }
 
 /// Metal up to twice `radius` thick, without its rim.
-cv::Mat findMetal(const Copy& copy, const cv::Mat& excess, int least_area) {
+template <std::size_t kCount>
+cv::Mat findMetal(const Copy& copy, const cv::Mat& excess, const std::array<float, kCount>& levels, int least_area) {
   cv::Mat metal = cv::Mat::zeros(copy.attenuation.size(), CV_8U);
   if (cv::countNonZero(copy.sharp) < kFineArea) return metal;
-  for (const float level : kLevels) findAtLevel(copy, excess, level, least_area, &metal);
+  for (const float level : levels) findAtLevel(copy, excess, level, least_area, &metal);
   return metal;
 }
 
@@ -200,7 +210,7 @@ MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
   if (!field.empty()) fine_field = mask_detail::shrunk(mask_detail::view(field), fine_factor) == kUse;
   const Copy fine = prepared(fine_image, fine_field);
   const cv::Mat fine_excess = excessOver(fine, kFineRadius);
-  cv::Mat metal = findMetal(fine, fine_excess, kFineArea);
+  cv::Mat metal = findMetal(fine, fine_excess, kFineLevels, kFineArea);
   findBeads(fine, fine_excess, &metal);
   metal = morphed(metal, cv::MORPH_DILATE, kRim);
 
@@ -208,7 +218,7 @@ MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
   const Copy coarse = coarse_factor == 1 ? fine
                                          : prepared(mask_detail::shrunk(fine_image, coarse_factor),
                                                     mask_detail::shrunk(fine_field, coarse_factor) == kUse);
-  const cv::Mat large = findMetal(coarse, excessOver(coarse, kCoarseRadius), kCoarseArea);
+  const cv::Mat large = findMetal(coarse, excessOver(coarse, kCoarseRadius), kCoarseLevels, kCoarseArea);
   metal |= mask_detail::grown(morphed(large, cv::MORPH_DILATE, kRim), coarse_factor, fine_image.size());
   mask_detail::view(result).setTo(0, mask_detail::grown(metal, fine_factor, image.size()));
   return result;
