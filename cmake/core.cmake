@@ -21,6 +21,7 @@ xray_glob(volume_sources volume)
 # itk_*.cpp include ITK's headers and no Eigen: ITK carries an Eigen of its own. The others stand on them.
 set(itk_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/itk_image_file.cpp
                 ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/itk_surface.cpp
+                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/file_integrity.cpp
                 ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/dicom_series.cpp
                 ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/volume_io.cpp
                 ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/bone_surface.cpp)

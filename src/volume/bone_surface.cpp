@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "itk_surface.h"
 #include "xray_registration/volume/attenuation.h"
@@ -14,9 +15,9 @@ namespace {
 constexpr std::size_t kMaxVoxels = std::size_t{160} * 160 * 160;
 constexpr std::size_t kMinVoxels = 64;
 
-// A closed surface of marching cubes has one vertex per edge between a voxel inside and one outside, and twice as many
-// triangles as vertices.
-constexpr std::size_t kTrianglesPerVertex = 2;
+// A closed surface has twice as many triangles as vertices, and marching cubes about one vertex per edge between a
+// voxel inside and one outside.
+constexpr std::size_t kTrianglesPerEdge = 2;
 
 // Read access with a border of air, one voxel wide, around the volume.
 class Padded {
@@ -44,25 +45,42 @@ class Padded {
     return mask;
   }
 
-  // Moves a vertex from the middle of its edge to where the value crosses the level.
+  // Moves a vertex to where the value, interpolated tri-linearly, crosses the level: along the gradient, by Newton's
+  // method, at most a voxel. ITK's vertices lie in the middle of edges and of cells.
   Eigen::Vector3d onLevel(const std::array<float, 3>& vertex) const {
-    Eigen::Vector3d result(vertex[0], vertex[1], vertex[2]);
-    for (int axis = 0; axis < 3; ++axis) {
-      const double low = std::floor(result[axis]);
-      if (std::abs(result[axis] - low - 0.5) > 0.25) continue;
-      Eigen::Vector3i a = result.array().round().cast<int>();
-      a[axis] = static_cast<int>(low);
-      Eigen::Vector3i b = a;
-      ++b[axis];
-      const double value_a = value(a.x(), a.y(), a.z());
-      const double value_b = value(b.x(), b.y(), b.z());
-      if ((value_a > level_) != (value_b > level_)) result[axis] = low + (level_ - value_a) / (value_b - value_a);
-      break;
+    const Eigen::Vector3d start(vertex[0], vertex[1], vertex[2]);
+    Eigen::Vector3d point = start;
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Vector4d sample = interpolated(point);
+      const Eigen::Vector3d gradient = sample.head<3>();
+      const double squared = gradient.squaredNorm();
+      if (squared < 1e-6) break;
+      const Eigen::Vector3d next = point + (level_ - sample[3]) / squared * gradient;
+      if ((next - start).cwiseAbs().maxCoeff() > 1.0) break;
+      point = next;
     }
-    return result;
+    return point;
   }
 
  private:
+  // Gradient and value.
+  Eigen::Vector4d interpolated(const Eigen::Vector3d& point) const {
+    const Eigen::Array3d low = point.array().floor();
+    const Eigen::Array3d f = point.array() - low;
+    const Eigen::Array3i i = low.cast<int>();
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Array3i high(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1);
+      const Eigen::Array3d h = high.cast<double>();
+      const Eigen::Array3d weight = h * f + (1.0 - h) * (1.0 - f);
+      const Eigen::Array3d slope = 2.0 * h - 1.0;
+      const double v = value(i.x() + high.x(), i.y() + high.y(), i.z() + high.z());
+      sum += v * Eigen::Vector4d(slope.x() * weight.y() * weight.z(), weight.x() * slope.y() * weight.z(),
+                                 weight.x() * weight.y() * slope.z(), weight.prod());
+    }
+    return sum;
+  }
+
   const AttenuationVolume& volume_;
   double level_;
   std::array<int, 3> size_{};
@@ -89,6 +107,9 @@ TriangleMesh meshOf(const Padded& padded, const std::vector<std::uint8_t>& mask,
     mesh.vertices_ct_mm.push_back((ct_from_index * index).cast<float>());
   }
   mesh.triangles = surface.triangles;
+  if (grid.direction.determinant() < 0.0) {
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);  // Still facing outwards.
+  }
   return mesh;
 }
 
@@ -103,7 +124,7 @@ TriangleMesh boneSurface(const Volume& ct, double threshold_hu, std::size_t max_
   for (;;) {
     const Padded padded(volume, level);
     const std::vector<std::uint8_t> mask = padded.mask();
-    const std::size_t triangles = kTrianglesPerVertex * crossedEdges(padded.size(), mask);
+    const std::size_t triangles = kTrianglesPerEdge * crossedEdges(padded.size(), mask);
     if (triangles <= max_triangles) {
       TriangleMesh mesh = meshOf(padded, mask, volume.grid);
       if (mesh.triangles.size() <= max_triangles) return mesh;

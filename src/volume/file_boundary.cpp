@@ -1,19 +1,16 @@
 #include "file_boundary.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
+#include "header_text.h"
 #include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kMaxHeaderLines = 10000;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& what) {
   throw VolumeError("'" + path.string() + "': " + what);
@@ -37,44 +34,14 @@ void checkBelow(const fs::path& path, const fs::path& directory) {
   }
 }
 
-std::string lowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
-// The value of a MetaImage's or NRRD's line that names where the voxels are; empty when they follow the header.
-std::string dataFileOf(const fs::path& header) {
-  std::ifstream stream(header);
-  std::string line;
-  for (int i = 0; i < kMaxHeaderLines && std::getline(stream, line) && line.size() < 4096; ++i) {
-    const std::size_t divider = line.find_first_of("=:");
-    if (divider == std::string::npos) {
-      if (line.empty() || line == "\r") break;  // The end of an NRRD header.
-      continue;
-    }
-    std::string key;
-    for (const char c : line.substr(0, divider)) {
-      if (c != ' ' && c != '\t') key += c;
-    }
-    key = lowerCase(key);
-    if (key != "elementdatafile" && key != "datafile") continue;
-    std::istringstream value(line.substr(divider + 1));
-    std::string name;
-    std::getline(value >> std::ws, name);
-    while (!name.empty() && std::isspace(static_cast<unsigned char>(name.back())) != 0) name.pop_back();
-    return lowerCase(name) == "local" ? "" : name;
-  }
-  return "";
-}
-
 void checkReferences(const fs::path& file, const fs::path& directory) {
   const std::string extension = lowerCase(file.extension().string());
   if (extension == ".hdr" || extension == ".img") {
     for (const char* other : {".hdr", ".img"}) checkBelow(fs::path(file).replace_extension(other), directory);
   }
   if (extension != ".mhd" && extension != ".mha" && extension != ".nhdr" && extension != ".nrrd") return;
-  const std::string data = dataFileOf(file);
-  if (data.empty()) return;
+  const std::string data = headerField(file.string(), {"elementdatafile", "datafile"}).value;
+  if (data.empty() || lowerCase(data) == "local") return;
   if (lowerCase(data).rfind("list", 0) == 0 || data.find('%') != std::string::npos) {
     refuse(file, "it refers to a list of files, which is not read while ct/directory is set");
   }

@@ -21,6 +21,7 @@ void addSoftTissue(ShapeList* head) {
   head->add({0, -33, -36}, {63, 67, 72}, kFatHu);
   head->add({0, -32, -35}, {60, 64, 70}, kSoftTissueHu);
   head->add({0, 30, -68}, {54, 56, 45}, kSoftTissueHu);
+  head->add({0, -74, -74}, {38, 33, 36}, kSoftTissueHu);
   head->add({1, -98, -20}, {13, 12, 23}, kSoftTissueHu);
   head->add({81, 16, 0}, {7, 18, 29}, kSoftTissueHu, {0, 0, 20});
   head->add({-80, 13, -3}, {6, 16, 30}, kSoftTissueHu, {0, 0, -20});

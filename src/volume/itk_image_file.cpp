@@ -8,10 +8,12 @@
 #include <itkNrrdImageIO.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <sstream>
 #include <type_traits>
 
+#include "file_integrity.h"
 #include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {
@@ -24,30 +26,34 @@ constexpr double kMaxVoxels = 2147483647.0;
 // Of the dot product of two axes: about 0.06 degrees. Files store axes as rounded numbers.
 constexpr double kAxesTolerance = 1e-3;
 
-// ITK and GDCM write warnings to standard error, past the logger, GDCM with what stands in the file. What matters of
-// them is checked here. The switches are the libraries' own and hold for the process, hence one reader at a time.
+// ITK and GDCM write warnings to standard error, past the logger, GDCM with what stands in the file. This keeps them
+// back. The switches are the libraries' own and hold for the process, hence one reader at a time.
 class QuietItk {
  public:
   QuietItk()
       : itk_(itk::Object::GetGlobalWarningDisplay()),
-        warning_(gdcm::Trace::GetWarningFlag()),
-        error_(gdcm::Trace::GetErrorFlag()) {
-    set(false, false, false);
+        gdcm_(gdcm::Trace::GetWarningFlag()),
+        stream_(gdcm::Trace::GetStream()) {
+    itk::Object::SetGlobalWarningDisplay(false);
+    gdcm::Trace::SetStream(said_);
+    gdcm::Trace::WarningOn();
   }
-  ~QuietItk() { set(itk_, warning_, error_); }
+  ~QuietItk() {
+    itk::Object::SetGlobalWarningDisplay(itk_);
+    gdcm::Trace::SetStream(stream_);
+    gdcm::Trace::SetWarning(gdcm_);
+  }
   QuietItk(const QuietItk&) = delete;
   QuietItk& operator=(const QuietItk&) = delete;
 
- private:
-  static void set(bool itk_display, bool warning, bool error) {
-    itk::Object::SetGlobalWarningDisplay(itk_display);
-    gdcm::Trace::SetWarning(warning);
-    gdcm::Trace::SetError(error);
-  }
+  // GDCM reads a file whose pixels are cut off, and only says so.
+  bool pixelsWereIncomplete() const { return said_.str().find("Incomplete Pixel Data") != std::string::npos; }
 
+ private:
   bool itk_;
-  bool warning_;
-  bool error_;
+  bool gdcm_;
+  std::ostream& stream_;
+  std::ostringstream said_;
 };
 
 [[noreturn]] void refuse(const std::string& path, const std::string& what) {
@@ -59,7 +65,9 @@ template <typename Work>
 auto withItk(const std::string& path, const std::string& task, const Work& work) {
   const QuietItk quiet;
   try {
-    return work();
+    auto result = work();
+    if (quiet.pixelsWereIncomplete()) refuse(path, "the file is truncated: it ends before its last pixel");
+    return result;
   } catch (const itk::ExceptionObject& error) {
     refuse(path, task + ": " + error.GetDescription());
   } catch (const std::bad_alloc&) {
@@ -211,7 +219,13 @@ FileImage<To> readFile(const std::string& path) {
     image.grid = gridOf(*io, path);
     image.voxels.resize(static_cast<std::size_t>(image.grid.size[0]) * static_cast<std::size_t>(image.grid.size[1]) *
                         static_cast<std::size_t>(image.grid.size[2]));
+    const bool is_nifti = dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) != nullptr;
+    const bool is_meta = dynamic_cast<const itk::MetaImageIO*>(io.GetPointer()) != nullptr;
+    if (is_meta) checkMetaImage(path, static_cast<std::size_t>(io->GetImageSizeInBytes()));
     readVoxels(io.GetPointer(), path, image.voxels.size(), image.voxels.data());
+    if (is_nifti) {
+      scanNifti(path, [&image](std::size_t i, double value) { image.voxels[i] = converted<To>(value); });
+    }
     return image;
   });
 }
@@ -265,6 +279,7 @@ void readSlicePixels(const DicomSlice& slice, To* out) {
     io->SetFileName(slice.path);
     io->ReadImageInformation();
     readVoxels<To>(io.GetPointer(), slice.path, static_cast<std::size_t>(slice.rows) * slice.columns, out);
+    return true;
   });
 }
 
@@ -293,7 +308,11 @@ void writeHuFile(const FileGrid& grid, const std::vector<std::int16_t>& hu, cons
     io->SetPixelType(ImageIo::SCALAR);
     io->SetComponentType(ImageIo::SHORT);
     io->SetUseCompression(true);
+    // The NIfTI library only prints when it cannot write, so the file is opened before and looked through after it.
+    if (!std::ofstream(path, std::ios::app)) refuse(path, "it cannot be opened for writing");
     io->Write(hu.data());
+    if (dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) != nullptr) scanNifti(path, [](std::size_t, double) {});
+    return true;
   });
 }
 
