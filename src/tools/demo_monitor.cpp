@@ -19,6 +19,7 @@
 #include "tools/common/message_files.h"
 #include "tools/common/summary.h"
 #include "xray_registration/evaluation/pose_error.h"
+#include "xray_registration/registration/tracker.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/volume/attenuation.h"
 #include "xray_registration/volume/volume_io.h"

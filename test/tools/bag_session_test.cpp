@@ -1,0 +1,178 @@
+#include "xray_registration/ros/bag_session.h"
+
+#include <geometry_msgs/PoseStamped.h>
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <std_msgs/String.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include "tools/common/session_messages.h"
+
+namespace xray_registration {
+namespace {
+
+using tools::cameraInfoMessage;
+using tools::imageMessage;
+
+const XrayCamera kCamera{4, 3, 100.0, 100.0, 1.5, 1.0};
+
+BagView view(const std::string& name) { return {name, name + "_xray_optical", RigidTransform::Identity()}; }
+
+void writeFrame(BagSessionWriter* writer, const BagView& view, double stamp_s, std::uint16_t value) {
+  const ros::Time stamp(stamp_s);
+  writer->writeImage(view, imageMessage(Image<std::uint16_t>(4, 3, value), view.frame_id, stamp),
+                     cameraInfoMessage(kCamera, view.frame_id, stamp));
+}
+
+RigidTransform somePose() {
+  return updatedPose(RigidTransform::Identity(), (Twist() << 1.0, 2.0, 800.0, 0.1, 0.2, 0.3).finished(), {0, 0, 0});
+}
+
+class BagSessionTest : public testing::Test {
+ protected:
+  void TearDown() override { std::remove(path_.c_str()); }
+
+  std::string refusal(const BagSessionOptions& options = {}) const {
+    try {
+      BagSession session(path_, options);
+    } catch (const BagSessionError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  void writeTwoViews(bool with_tf) const {
+    BagView second = view("oblique");
+    second.T_view_first = somePose();
+    BagSessionWriter writer(path_);
+    if (with_tf) writer.writeViews({view("ap"), second}, ros::Time(10.0));
+    writeFrame(&writer, view("ap"), 10.0, 1);
+    writeFrame(&writer, second, 10.005, 2);  // A little later: the same frame.
+    writeFrame(&writer, second, 11.0, 3);    // The first view is missing here.
+    writeFrame(&writer, view("ap"), 12.0, 4);
+    writeFrame(&writer, second, 12.0, 5);
+    writer.writeGroundTruth(second, ros::Time(11.0), somePose());
+    writer.close();
+  }
+
+  // One file per test: tests may run at the same time.
+  std::string path_ =
+      testing::TempDir() + "bag_session_" + testing::UnitTest::GetInstance()->current_test_info()->name() + ".bag";
+};
+
+TEST_F(BagSessionTest, ReadsWhatWasWritten) {
+  BagSessionWriter writer(path_);
+  writeFrame(&writer, view("ap"), 10.0, 17);
+  writer.writeGroundTruth(view("ap"), ros::Time(10.0), somePose());
+  writer.close();
+  const BagSession session(path_);
+  ASSERT_EQ(session.views().size(), 1U);
+  EXPECT_EQ(session.views()[0].name, "ap");
+  EXPECT_EQ(session.views()[0].frame_id, "ap_xray_optical");
+  ASSERT_EQ(session.frameCount(), 1U);
+  const BagFrame frame = session.frame(0);
+  ASSERT_TRUE(frame.views[0].image);
+  EXPECT_EQ(frame.views[0].image->data[0], 17);
+  ASSERT_TRUE(frame.views[0].camera_info);
+  EXPECT_DOUBLE_EQ(frame.views[0].camera_info->K[0], 100.0);
+  ASSERT_TRUE(frame.T_first_ct_true);
+  EXPECT_TRUE(frame.T_first_ct_true->isApprox(somePose(), 1e-9));  // Metres and back.
+  EXPECT_THROW(session.frame(1), std::out_of_range);
+}
+
+TEST_F(BagSessionTest, GroupsViewsByStamp) {
+  writeTwoViews(true);
+  const BagSession session(path_);
+  ASSERT_EQ(session.views().size(), 2U);
+  EXPECT_TRUE(session.views()[1].T_view_first.isApprox(somePose(), 1e-9));
+  ASSERT_EQ(session.frameCount(), 3U);
+  const BagFrame first = session.frame(0);
+  ASSERT_TRUE(first.views[0].image && first.views[1].image);
+  EXPECT_EQ(first.stamp, ros::Time(10.0));
+  EXPECT_EQ(first.views[1].image->data[0], 2);
+  const BagFrame second = session.frame(1);
+  EXPECT_FALSE(second.views[0].image);
+  ASSERT_TRUE(second.views[1].image);
+  EXPECT_EQ(second.stamp, ros::Time(11.0));
+  // The truth of the second view, carried into the first: T_view_first⁻¹ · T_view_first is the identity.
+  ASSERT_TRUE(second.T_first_ct_true);
+  EXPECT_TRUE(second.T_first_ct_true->isApprox(RigidTransform::Identity(), 1e-9));
+  EXPECT_EQ(session.frame(2).views[1].image->data[0], 5);
+}
+
+TEST_F(BagSessionTest, ToleranceDecidesWhatIsOneFrame) {
+  writeTwoViews(true);
+  BagSessionOptions options;
+  options.tolerance_s = 0.001;
+  EXPECT_EQ(BagSession(path_, options).frameCount(), 4U);
+}
+
+TEST_F(BagSessionTest, OrderOfTheNamedViewsCounts) {
+  writeTwoViews(true);
+  const BagSession session(path_, {{"oblique", "ap"}, 0.02});
+  EXPECT_EQ(session.views()[0].name, "oblique");
+  EXPECT_TRUE(session.views()[1].T_view_first.isApprox(somePose().inverse(), 1e-9));
+}
+
+TEST_F(BagSessionTest, ViewsWithoutTransformAreRefused) {
+  writeTwoViews(false);
+  EXPECT_NE(refusal().find("/tf_static does not connect 'ap_xray_optical' and 'oblique_xray_optical'"),
+            std::string::npos);
+  EXPECT_EQ(refusal({{"oblique"}, 0.02}), "");  // One view needs none.
+}
+
+TEST_F(BagSessionTest, UnknownViewListsTheOthers) {
+  writeTwoViews(true);
+  EXPECT_NE(refusal({{"lateral"}, 0.02}).find("has no images on /lateral/image_raw; views in it: ap, oblique"),
+            std::string::npos);
+}
+
+TEST_F(BagSessionTest, MissingCameraInfo) {
+  rosbag::Bag bag(path_, rosbag::bagmode::Write);
+  bag.write("/ap/image_raw", ros::Time(1.0), imageMessage(Image<std::uint16_t>(4, 3), "ap", ros::Time(1.0)));
+  bag.close();
+  EXPECT_NE(refusal().find("/ap/camera_info"), std::string::npos);
+}
+
+TEST_F(BagSessionTest, NoImages) {
+  rosbag::Bag bag(path_, rosbag::bagmode::Write);
+  bag.write("/words", ros::Time(1.0), std_msgs::String());
+  bag.close();
+  EXPECT_NE(refusal().find("has no X-rays"), std::string::npos);
+}
+
+TEST_F(BagSessionTest, NotABag) {
+  std::ofstream(path_) << "words";
+  EXPECT_NE(refusal().find("cannot be read as a bag"), std::string::npos);
+  EXPECT_NE(refusal().find(path_), std::string::npos);
+}
+
+TEST_F(BagSessionTest, FirstPose) {
+  BagSessionWriter writer(path_);
+  writer.writeGroundTruth(view("ap"), ros::Time(3.0), somePose());
+  writer.close();
+  const StampedPose pose = readFirstPose(path_, "/ap/ground_truth");
+  EXPECT_EQ(pose.frame_id, "ap_xray_optical");
+  EXPECT_TRUE(pose.T_frame_ct.isApprox(somePose(), 1e-9));
+  EXPECT_THROW(readFirstPose(path_, "/other"), BagSessionError);
+}
+
+TEST_F(BagSessionTest, FirstPoseMustBeRigid) {
+  geometry_msgs::PoseStamped pose;
+  pose.pose.orientation.w = 3.0;
+  rosbag::Bag bag(path_, rosbag::bagmode::Write);
+  bag.write("/pose", ros::Time(1.0), pose);
+  bag.write("/words", ros::Time(1.0), std_msgs::String());
+  bag.close();
+  EXPECT_THROW(readFirstPose(path_, "/pose"), BagSessionError);
+  EXPECT_THROW(readFirstPose(path_, "/words"), BagSessionError);
+}
+
+TEST_F(BagSessionTest, UnwritableFile) {
+  EXPECT_THROW(BagSessionWriter("/no/such/folder/session.bag"), BagSessionError);
+}
+
+}  // namespace
+}  // namespace xray_registration
