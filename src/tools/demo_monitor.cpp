@@ -58,6 +58,8 @@ class Monitor {
     start_ = node_.advertise<geometry_msgs::PoseWithCovarianceStamped>("initialpose", 1);
   }
 
+  /// False when the simulator or the node has ended since they were seen.
+  bool bothAlive() const { return truth_.getNumPublishers() > 0 && status_.getNumPublishers() > 0; }
   bool hasStatus() const { return last_.has_value(); }
   bool isTracking() const { return last_ && last_->state == RegistrationStatus::TRACKING; }
   bool waitsForPose() const { return last_ && last_->state == RegistrationStatus::WAITING_FOR_POSE; }
@@ -77,8 +79,8 @@ class Monitor {
   void listenForPictures() {
     const std::string prefix = arguments_.view.empty() ? "" : arguments_.view + "/";
     picture_subscribers_ = {subscribePicture(prefix + "image_raw", "xray"),
-                            subscribePicture(arguments_.node + "/" + prefix + "drr", "drr"),
-                            subscribePicture(arguments_.node + "/" + prefix + "overlay", "overlay")};
+                            subscribePicture(arguments_.node + "/drr", "drr"),
+                            subscribePicture(arguments_.node + "/overlay", "overlay")};
   }
   bool hasPictures() const { return pictures_.size() == 3; }
 
@@ -162,7 +164,7 @@ void listen() {
 }
 
 void requireMaster() {
-  if (!ros::master::check()) throw std::runtime_error("simulator or node ended: the ROS master has gone");
+  if (!ros::master::check()) throw std::runtime_error("the ROS master has gone, and simulator and node with it");
 }
 
 /// Gives the start until the node tracks.
@@ -200,7 +202,7 @@ void showTable(const Arguments& arguments, Monitor* monitor) {
     }
     if (Clock::now() < next_row) continue;
     next_row = Clock::now() + std::chrono::milliseconds(500);
-    requireMaster();
+    if (!monitor->bothAlive()) throw std::runtime_error("the simulator or the node ended");
     monitor->printRow();
   }
   for (const auto end = Clock::now(); !monitor->hasPictures() && secondsSince(end) < 10.0;) listen();
@@ -249,7 +251,7 @@ int main(int argc, char** argv) {
   CLI::App app("Starts and watches a live registration of simulated X-rays; exit code 1 when tracking failed.",
                "demo_monitor");
   app.add_option("--ct", arguments.ct, "the CT that is registered")->required()->check(CLI::ExistingPath);
-  app.add_option("--view", arguments.view, "name of the first view; its topics are <view>/image_raw, …");
+  app.add_option("--view", arguments.view, "name of the simulated view; its topics are <view>/image_raw, …");
   app.add_option("--node", arguments.node, "name of the registration node")->capture_default_str();
   app.add_option("--output", arguments.output, "folder for the pictures")->capture_default_str();
   app.add_option("--seconds", arguments.seconds, "how long the table runs")->capture_default_str();

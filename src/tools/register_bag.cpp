@@ -24,8 +24,9 @@ namespace {
 using namespace xray_registration;
 using namespace xray_registration::tools;
 
-const char* const kPoseTopic = "/xray_registration_node/pose";
-const char* const kStatusTopic = "/xray_registration_node/status";
+// As the launch files name the node.
+const char* const kPoseTopic = "/xray_registration/pose";
+const char* const kStatusTopic = "/xray_registration/status";
 
 struct Arguments {
   std::string ct;

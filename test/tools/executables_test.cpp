@@ -236,8 +236,8 @@ TEST_F(ExecutablesTest, SessionThereAndBack) {
   const auto count = [&bag](const std::string& topic) { return rosbag::View(bag, rosbag::TopicQuery(topic)).size(); };
   EXPECT_EQ(count("/lateral/image_raw"), 4U);
   EXPECT_EQ(count("/lateral/ground_truth"), 4U);
-  EXPECT_EQ(count("/xray_registration_node/status"), 4U);
-  EXPECT_EQ(count("/xray_registration_node/pose"), accepted);
+  EXPECT_EQ(count("/xray_registration/status"), 4U);
+  EXPECT_EQ(count("/xray_registration/pose"), accepted);
   EXPECT_EQ(count("/tf"), accepted);
 }
 
