@@ -261,5 +261,53 @@ TEST_F(ExecutablesTest, HopelessStartIsRefusedNotAccepted) {
   }
 }
 
+/// Recordings that are no part of the project; the folder is named by XRAY_REGISTRATION_DATA.
+class RecordedHead : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const char* folder = std::getenv("XRAY_REGISTRATION_DATA")) data_ = folder;
+    if (data_.empty()) GTEST_SKIP() << "XRAY_REGISTRATION_DATA does not name the recorded sessions";
+  }
+
+  nlohmann::json registered(const std::string& ct, const std::string& name) const {
+    const Outcome outcome =
+        tools().run("register_bag --ct " + data_ + "/ct/" + ct + " --bag " + data_ +
+                    "/sessions/head_lateral.bag --initial-pose-topic /lateral/ground_truth --disturb 2,3 --output " +
+                    name + ".bag --json " + name + ".json");
+    EXPECT_EQ(outcome.code, 0) << outcome.error;
+    return nlohmann::json::parse(contents(tools().path(name + ".json")))["frames"];
+  }
+
+  std::string data_;
+};
+
+TEST_F(RecordedHead, FollowsTheSession) {
+  int good = 0;
+  const auto frames = registered("head_phantom_0.9mm.nii.gz", "head");
+  ASSERT_EQ(frames.size(), 40U);
+  for (const auto& frame : frames) {
+    if (frame["accepted"].get<bool>() && frame["inplane"].get<double>() <= 0.5 && frame["mtre"].get<double>() <= 2.0) {
+      ++good;
+    }
+  }
+  EXPECT_GE(good, 36);  // Nine in ten within half a millimetre in the image plane is what is promised.
+}
+
+TEST_F(RecordedHead, DicomAndNiftiAgree) {
+  const auto nifti = registered("head_phantom_0.9mm.nii.gz", "nifti");
+  const auto dicom = registered("head_phantom_dicom_5mm", "dicom");
+  ASSERT_EQ(nifti.size(), dicom.size());
+  const auto truth = nlohmann::json::parse(contents(data_ + "/sessions/head_lateral.json"))["centre_lps_mm"];
+  const auto targets = targetGrid({truth[0], truth[1], truth[2]}, 100.0);
+  std::vector<double> inplane;
+  for (std::size_t i = 0; i < nifti.size(); ++i) {
+    if (nifti[i]["T_camera_ct"].is_null() || dicom[i]["T_camera_ct"].is_null()) continue;
+    inplane.push_back(
+        poseError(rigidFromJson(nifti[i]["T_camera_ct"]), rigidFromJson(dicom[i]["T_camera_ct"]), targets).inplane_mm);
+  }
+  ASSERT_GE(inplane.size(), 36U);
+  EXPECT_LT(medianOf(inplane), 0.5);  // A tenth of the DICOM series' slice distance.
+}
+
 }  // namespace
 }  // namespace xray_registration::tools
