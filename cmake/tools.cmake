@@ -19,11 +19,19 @@ function(xray_tool name)
   endif()
 endfunction()
 
+# The compute-only build does without them.
+find_package(CLI11 QUIET)
+find_package(nlohmann_json QUIET)
+
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
-  find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs)
-  find_package(yaml-cpp REQUIRED)
-  find_package(nlohmann_json REQUIRED)
-  find_package(CLI11 REQUIRED)
+  foreach(library CLI11 nlohmann_json)
+    if(NOT ${library}_FOUND)
+      message(FATAL_ERROR "The tools need ${library}: libcli11-dev, nlohmann-json3-dev")
+    endif()
+  endforeach()
+  if(NOT XRAY_REGISTRATION_ROS)
+    find_package(yaml-cpp REQUIRED)
+  endif()
 
   set(common ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/common)
   add_library(xray_registration_tools_common STATIC
@@ -32,9 +40,9 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
     ${common}/yaml_files.cpp)
   target_compile_options(xray_registration_tools_common PRIVATE -Wall -Wextra -Werror)
   target_include_directories(xray_registration_tools_common PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/src)
-  target_include_directories(xray_registration_tools_common SYSTEM PUBLIC ${OpenCV_INCLUDE_DIRS})
   target_link_libraries(xray_registration_tools_common PUBLIC
-    xray_registration_core CLI11::CLI11 nlohmann_json::nlohmann_json ${YAML_CPP_LIBRARIES} ${OpenCV_LIBS})
+    xray_registration_core CLI11::CLI11 nlohmann_json::nlohmann_json ${YAML_CPP_LIBRARIES}
+    opencv_core opencv_imgproc opencv_imgcodecs)
 
   xray_tool(render LIBRARIES xray_registration_tools_common)
   xray_tool(make_phantom LIBRARIES xray_registration_tools_common)
@@ -55,34 +63,7 @@ if(XRAY_REGISTRATION_ROS)
   xray_tool(evaluate ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate.cpp ${evaluate_sources})
 endif()
 
-# xray_tool_test(<name>): test/tools/<name>_test.cpp, with what the tools share.
-function(xray_tool_test name)
-  set(target test_tools_${name})
-  add_executable(${target} ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/${name}_test.cpp)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
-  target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
-  # The devel space's folder of executables, or the build folder without ROS.
-  target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_TOOLS="$<TARGET_FILE_DIR:render>")
-  target_link_libraries(${target} PRIVATE ${ARGN} xray_registration_tools_common GTest::GTest GTest::Main)
-  add_test(NAME tools.${name} COMMAND ${target})
-  set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target})
-  file(MAKE_DIRECTORY ${cache})
-  set_tests_properties(tools.${name} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT 300)
-endfunction()
-
-if(XRAY_REGISTRATION_TESTS AND NOT XRAY_REGISTRATION_COMPUTE_ONLY)
-  find_package(GTest REQUIRED)
-  xray_tool_test(session_generator)
-  xray_tool_test(yaml_files)
-  if(XRAY_REGISTRATION_ROS)
-    xray_tool_test(bag_session xray_registration_tools_ros)
-    xray_tool_test(executables xray_registration_tools_ros)
-  endif()
-endif()
-
 # The benchmark is in every build; in the compute-only one it needs the headers of CLI11 and nlohmann-json alone.
-find_package(CLI11 QUIET)
-find_package(nlohmann_json QUIET)
 if(CLI11_FOUND AND nlohmann_json_FOUND)
   set(benchmark ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark)
   set(benchmark_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark.cpp ${benchmark}/measure.cpp

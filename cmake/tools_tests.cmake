@@ -1,0 +1,25 @@
+# Tests of what is in src/tools.
+
+# xray_tool_test(<name>): test/tools/<name>_test.cpp, with what the tools share.
+function(xray_tool_test name)
+  set(target test_tools_${name})
+  add_executable(${target} ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/${name}_test.cpp)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
+  target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  # The devel space's folder of executables, or the build folder without ROS.
+  target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_TOOLS="$<TARGET_FILE_DIR:render>")
+  target_link_libraries(${target} PRIVATE ${ARGN} xray_registration_tools_common GTest::GTest GTest::Main)
+  add_test(NAME tools.${name} COMMAND ${target})
+  set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target})
+  file(MAKE_DIRECTORY ${cache})
+  set_tests_properties(tools.${name} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT 300)
+endfunction()
+
+if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  xray_tool_test(session_generator)
+  xray_tool_test(yaml_files)
+  if(XRAY_REGISTRATION_ROS)
+    xray_tool_test(bag_session xray_registration_tools_ros)
+    xray_tool_test(executables xray_registration_tools_ros)
+  endif()
+endif()
