@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 #include <vector>
 
 #include "image/mask_common.h"
@@ -42,18 +41,16 @@ double stepThreshold(const cv::Mat& attenuation) {
 /// Scores of an edge at each radius of one ray.
 class Ray {
  public:
-  Ray(const cv::Mat& attenuation, const cv::Mat& closed, const cv::Point2d& centre, double angle, float threshold) {
+  Ray(const cv::Mat& closed, const cv::Point2d& centre, double angle, float threshold) {
     const cv::Point2d direction(std::cos(angle), std::sin(angle));
-    std::vector<float> plain;
-    std::vector<float> outer;
+    std::vector<float> values;
     for (int r = 0;; ++r) {
       const int u = static_cast<int>(std::lround(centre.x + r * direction.x));
       const int v = static_cast<int>(std::lround(centre.y + r * direction.y));
-      if (u < 0 || v < 0 || u >= attenuation.cols || v >= attenuation.rows) break;
-      plain.push_back(attenuation.at<float>(v, u));
-      outer.push_back(closed.at<float>(v, u));
+      if (u < 0 || v < 0 || u >= closed.cols || v >= closed.rows) break;
+      values.push_back(closed.at<float>(v, u));
     }
-    score(plain, outer, threshold);
+    score(values, threshold);
   }
 
   int radii() const { return static_cast<int>(scores_.size()); }
@@ -64,20 +61,20 @@ class Ray {
   }
 
  private:
-  void score(const std::vector<float>& plain, const std::vector<float>& outer, float threshold) {
-    const int length = static_cast<int>(plain.size());
-    scores_.assign(plain.size(), -1.0F);
+  void score(const std::vector<float>& values, float threshold) {
+    const int length = static_cast<int>(values.size());
+    scores_.assign(values.size(), -1.0F);
     for (int r = std::max(0, length - kBorder); r < length; ++r) scores_[static_cast<std::size_t>(r)] = 0.0F;
     float darkest_promise = std::numeric_limits<float>::infinity();  // Least attenuation from r + 2 to the border.
     for (int r = length - kBorder - 1; r >= kSmallestRadius; --r) {
       const auto at = static_cast<std::size_t>(r);
-      darkest_promise = std::min(darkest_promise, outer[at + 2]);
-      const float inside = (plain[at - 1] + plain[at - 2] + plain[at - 3]) / 3.0F;
+      darkest_promise = std::min(darkest_promise, values[at + 2]);
+      const float inside = (values[at - 1] + values[at - 2] + values[at - 3]) / 3.0F;
       const float step = darkest_promise - inside;
       if (step < 0.5F * threshold) continue;
-      const auto far_end = outer.begin() + std::min(r + kFar + 1, length);
-      const float rise = std::min(*std::max_element(outer.begin() + r + 2, far_end) - inside, kRiseCap);
-      if (outer[at + 2] - inside < kSharpness * rise) continue;
+      const auto far_end = values.begin() + std::min(r + kFar + 1, length);
+      const float rise = std::min(*std::max_element(values.begin() + r + 2, far_end) - inside, kRiseCap);
+      if (values[at + 2] - inside < kSharpness * rise) continue;
       scores_[at] = std::clamp(step / threshold - 1.0F, -1.0F, 1.5F);
     }
   }
@@ -181,21 +178,23 @@ void dropWeakRuns(const std::vector<Ray>& rays, std::array<int, kAngles>* contou
 struct Contour {
   cv::Point2d centre;
   std::array<int, kAngles> radius;
+  float score = 0.0F;  ///< 0 when no edge was found.
 };
 
-std::optional<Contour> findContour(const cv::Mat& attenuation, const cv::Mat& closed, const cv::Point2d& centre,
-                                   float threshold) {
+Contour findContour(const cv::Mat& closed, const cv::Point2d& centre, float threshold) {
+  Contour contour{centre, {}, 0.0F};
+  contour.radius.fill(kNone);
   std::vector<Ray> rays;
   rays.reserve(kAngles);
-  for (int i = 0; i < kAngles; ++i) {
-    rays.emplace_back(attenuation, closed, centre, 2.0 * CV_PI * i / kAngles, threshold);
-  }
+  for (int i = 0; i < kAngles; ++i) rays.emplace_back(closed, centre, 2.0 * CV_PI * i / kAngles, threshold);
   const auto with_edge = std::count_if(rays.begin(), rays.end(), [](const Ray& ray) { return ray.hasEdge(); });
-  if (with_edge < kShortestRun) return std::nullopt;
-  Contour contour{centre, ContourSearch(rays).contour()};
+  if (with_edge < kShortestRun) return contour;
+  contour.radius = ContourSearch(rays).contour();
   dropWeakRuns(rays, &contour.radius);
-  const bool found = std::any_of(contour.radius.begin(), contour.radius.end(), [](int r) { return r != kNone; });
-  return found ? std::make_optional(contour) : std::nullopt;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (contour.radius[i] != kNone) contour.score += rays[i].at(contour.radius[i]);
+  }
+  return contour;
 }
 
 /// Centre of gravity of what is bright: inside the field even when that is small and in a corner.
@@ -207,14 +206,17 @@ cv::Point2d brightCentre(const cv::Mat& attenuation) {
   return {moments.m10 / moments.m00, moments.m01 / moments.m00};
 }
 
-std::optional<Contour> searchField(const cv::Mat& attenuation, float threshold) {
-  cv::Mat closed;  // Letters on the shutter are brighter than it; they must not hide it.
+Contour searchField(const cv::Mat& attenuation, float threshold) {
+  // Letters on the shutter are brighter than it; closing hides them. It lifts noise, but on both sides of an edge
+  // alike.
+  cv::Mat closed;
   cv::morphologyEx(attenuation, closed, cv::MORPH_CLOSE, cv::Mat::ones(9, 9, CV_8U), {-1, -1}, 1, cv::BORDER_REPLICATE);
   const cv::Point2d middle(0.5 * (attenuation.cols - 1), 0.5 * (attenuation.rows - 1));
-  if (auto contour = findContour(attenuation, closed, middle, threshold)) return contour;
+  const Contour about_middle = findContour(closed, middle, threshold);
   const cv::Point2d bright = brightCentre(attenuation);
-  if (cv::norm(bright - middle) < 0.1 * std::min(attenuation.cols, attenuation.rows)) return std::nullopt;
-  return findContour(attenuation, closed, bright, threshold);
+  if (cv::norm(bright - middle) < 0.1 * std::min(attenuation.cols, attenuation.rows)) return about_middle;
+  const Contour about_bright = findContour(closed, bright, threshold);
+  return about_bright.score > about_middle.score ? about_bright : about_middle;
 }
 
 /// Keeps what lies inside; one pixel of the searched copy is left to the penumbra.
@@ -300,7 +302,8 @@ MaskImage fieldMask(const FloatImage& attenuation) {
   const int factor = mask_detail::factorFor(image.size(), kLongestSide);
   const cv::Mat small = mask_detail::shrunk(image, factor);
   const auto threshold = static_cast<float>(stepThreshold(small));
-  if (const auto contour = searchField(small, threshold)) drawContour(*contour, factor, &mask);
+  const Contour contour = searchField(small, threshold);
+  if (contour.score > 0.0F) drawContour(contour, factor, &mask);
   dropFrame(image, threshold, &mask);
   return result;
 }

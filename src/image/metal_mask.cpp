@@ -21,21 +21,25 @@ constexpr int kFineSide = 640;    ///< Longest side of the copy where beads and 
 constexpr int kCoarseSide = 330;  ///< Of the one where rods, screws and balls are.
 constexpr int kFineRadius = 5;    ///< Pixels of the copy; twice this is the largest thickness that is found there.
 constexpr int kCoarseRadius = 16;
-constexpr int kFineArea = 12;  ///< Least area; what is smaller must be a bead.
+constexpr int kFineArea = 25;  ///< Least area; what is smaller must be a bead.
 constexpr int kCoarseArea = 50;
 
 /// Nepers above the surroundings. The fine copy adds what is thin, which few levels find.
 constexpr std::array<float, 4> kCoarseLevels{0.35F, 0.6F, 1.0F, 1.6F};
 constexpr std::array<float, 2> kFineLevels{0.35F, 0.8F};
-constexpr float kSmallestStep = 0.3F;   ///< Nepers, over six pixels.
-constexpr float kSharpness = 0.72F;     ///< Least share of the step that lies in two pixels.
-constexpr double kSharpOutline = 0.85;  ///< Least share of the outline that is sharp.
-constexpr double kAlongField = 0.3;     ///< Largest share of the outline that lies along the field's edge.
-constexpr float kSmallestBead = 0.15F;  ///< Nepers above the surroundings.
-constexpr float kBeadRing = 0.4F;       ///< Largest share of that on the ring around a bead.
-constexpr float kNoiseFactor = 10.0F;   ///< A step must be this many standard deviations of the noise.
-constexpr int kFieldRim = 3;            ///< Pixels of the copy that count as the field's edge.
-constexpr int kRim = 2;                 ///< Pixels of the searched copy around what is found: its blur.
+constexpr float kSmallestStep = 0.3F;  ///< Nepers, over six pixels.
+constexpr float kSharpness = 0.78F;    ///< Least share of the step that lies in two pixels.
+constexpr double kSharpOutline = 0.8;  ///< Least share of the outline that is sharp.
+constexpr double kAlongField = 0.3;    ///< Largest share of the outline that lies along the field's edge.
+constexpr float kThinLevel = 0.35F;
+constexpr int kThinArea = 40;
+constexpr float kSmallestBead = 0.15F;      ///< Nepers above the surroundings.
+constexpr float kBeadRing = 0.4F;           ///< Largest share of that on the ring around a bead.
+constexpr float kNoiseFactor = 10.0F;       ///< A bead must be this many standard deviations of the noise,
+constexpr float kSmoothNoiseFactor = 6.0F;  ///< and a step of the smoothed picture this many.
+constexpr int kFieldRim = 3;                ///< Pixels of the copy that count as the field's edge.
+constexpr int kBridge = 5;                  ///< Twice this is the longest gap in a rod that is closed.
+constexpr int kRim = 2;                     ///< Pixels of the searched copy around what is found: its blur.
 
 cv::Mat square(int radius) { return cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8U); }
 
@@ -79,7 +83,7 @@ cv::Mat localNoise(const cv::Mat& image) {
 cv::Mat sharpSteps(const cv::Mat& attenuation, const cv::Mat& noise) {
   const cv::Mat near_step = morphed(attenuation, cv::MORPH_GRADIENT, 1);
   cv::Mat least;
-  cv::max(kNoiseFactor * noise, kSmallestStep, least);
+  cv::max(kSmoothNoiseFactor * noise, kSmallestStep, least);
   // Two pixels hold most of the step, so that few are left to look at more closely.
   cv::Mat sharp = near_step > kSharpness * least;
   if (cv::countNonZero(sharp) == 0) return sharp;
@@ -90,6 +94,7 @@ cv::Mat sharpSteps(const cv::Mat& attenuation, const cv::Mat& noise) {
 /// What is known of a copy before objects are searched in it.
 struct Copy {
   cv::Mat attenuation;
+  cv::Mat smooth;  ///< Its median over 3 × 3: less noise, edges as sharp.
   cv::Mat noise;
   cv::Mat sharp;
   cv::Mat field_edge;  ///< Near what lies outside of the field.
@@ -99,7 +104,9 @@ Copy prepared(const cv::Mat& attenuation, const cv::Mat& field) {
   Copy copy;
   copy.attenuation = filledOutside(attenuation, field);
   copy.noise = localNoise(copy.attenuation);
-  copy.sharp = sharpSteps(copy.attenuation, copy.noise);
+  cv::medianBlur(copy.attenuation, copy.smooth, 3);
+  // The sharpest place of a step may lie a pixel beside the outline at one level.
+  cv::dilate(sharpSteps(copy.smooth, copy.noise), copy.sharp, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
   copy.field_edge = morphed(~field, cv::MORPH_DILATE, kFieldRim);
   return copy;
 }
@@ -134,9 +141,8 @@ std::vector<Outline> outlines(const cv::Mat& labels, int count, const Copy& copy
   return result;
 }
 
-/// Adds the regions above `level` whose outline is metal's.
-void findAtLevel(const Copy& copy, const cv::Mat& excess, float level, int least_area, cv::Mat* metal) {
-  const cv::Mat above = excess > level;
+/// Adds the regions of `above` whose outline is metal's.
+void addMetal(const Copy& copy, const cv::Mat& above, int least_area, cv::Mat* metal) {
   if (cv::countNonZero(above & copy.sharp) == 0) return;
   cv::Mat labels;
   cv::Mat statistics;
@@ -149,6 +155,13 @@ void findAtLevel(const Copy& copy, const cv::Mat& excess, float level, int least
     const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
     (*metal)(box).setTo(kUse, labels(box) == i);
   }
+}
+
+/// Adds what is thin and sharp on both sides. Without the pixels that are far from a sharp step, a rod and the bone
+/// that it crosses come apart.
+void findThin(const Copy& copy, const cv::Mat& thin_excess, cv::Mat* metal) {
+  const cv::Mat near_step = morphed(copy.sharp, cv::MORPH_DILATE, 2);
+  addMetal(copy, (thin_excess > kThinLevel) & near_step, kThinArea, metal);
 }
 
 /// Offsets of the pixels on a ring of about `radius`.
@@ -189,12 +202,12 @@ template <std::size_t kCount>
 cv::Mat findMetal(const Copy& copy, const cv::Mat& excess, const std::array<float, kCount>& levels, int least_area) {
   cv::Mat metal = cv::Mat::zeros(copy.attenuation.size(), CV_8U);
   if (cv::countNonZero(copy.sharp) < kFineArea) return metal;
-  for (const float level : levels) findAtLevel(copy, excess, level, least_area, &metal);
+  for (const float level : levels) addMetal(copy, excess > level, least_area, &metal);
   return metal;
 }
 
-cv::Mat excessOver(const Copy& copy, int radius) {
-  return copy.attenuation - morphed(copy.attenuation, cv::MORPH_OPEN, radius);
+cv::Mat excess(const cv::Mat& attenuation, int radius) {
+  return attenuation - morphed(attenuation, cv::MORPH_OPEN, radius);
 }
 
 }  // namespace
@@ -209,16 +222,20 @@ MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
   // Only blocks that lie wholly inside: at the field's edge everything is sharp.
   if (!field.empty()) fine_field = mask_detail::shrunk(mask_detail::view(field), fine_factor) == kUse;
   const Copy fine = prepared(fine_image, fine_field);
-  const cv::Mat fine_excess = excessOver(fine, kFineRadius);
+  const cv::Mat fine_excess = excess(fine.smooth, kFineRadius);
   cv::Mat metal = findMetal(fine, fine_excess, kFineLevels, kFineArea);
-  findBeads(fine, fine_excess, &metal);
+  findThin(fine, fine_excess, &metal);
+  metal = morphed(metal, cv::MORPH_CLOSE, kBridge);
+  findBeads(fine, excess(fine.attenuation, kFineRadius), &metal);
   metal = morphed(metal, cv::MORPH_DILATE, kRim);
 
   const int coarse_factor = mask_detail::factorFor(fine_image.size(), kCoarseSide);
   const Copy coarse = coarse_factor == 1 ? fine
                                          : prepared(mask_detail::shrunk(fine_image, coarse_factor),
                                                     mask_detail::shrunk(fine_field, coarse_factor) == kUse);
-  const cv::Mat large = findMetal(coarse, excessOver(coarse, kCoarseRadius), kCoarseLevels, kCoarseArea);
+  cv::Mat large = findMetal(coarse, excess(coarse.smooth, kCoarseRadius), kCoarseLevels, kCoarseArea);
+  if (coarse_factor > 1) findThin(coarse, excess(coarse.smooth, kFineRadius), &large);
+  large = morphed(large, cv::MORPH_CLOSE, kBridge);
   metal |= mask_detail::grown(morphed(large, cv::MORPH_DILATE, kRim), coarse_factor, fine_image.size());
   mask_detail::view(result).setTo(0, mask_detail::grown(metal, fine_factor, image.size()));
   return result;
