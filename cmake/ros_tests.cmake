@@ -1,1 +1,18 @@
-# Tests of the ROS side; filled below as they are written.
+# Tests of the ROS side: test/ros/<name>_test.cpp without a master, test/ros/<name>.test with one.
+file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/*_test.cpp)
+foreach(file IN LISTS files)
+  get_filename_component(name ${file} NAME_WE)
+  string(REGEX REPLACE "_test$" "" name ${name})
+  set(target test_ros_${name})
+  add_executable(${target} ${file})
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
+  target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_SOURCE="${CMAKE_CURRENT_SOURCE_DIR}")
+  target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  target_link_libraries(${target} PRIVATE xray_registration_ros GTest::GTest GTest::Main Threads::Threads)
+  # Not where rosrun looks.
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
+  add_test(NAME ros.${name} COMMAND ${target})
+  set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target})
+  file(MAKE_DIRECTORY ${cache})
+  set_tests_properties(ros.${name} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT 120)
+endforeach()
