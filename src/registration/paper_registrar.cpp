@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "xray_registration/image/image_pyramid.h"
 #include "xray_registration/registration/verdict.h"
@@ -63,6 +64,68 @@ double conditionNumber(const Matrix6d& normal_of_twist, double radius_mm) {
   return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
 }
 
+/// Whether tissue lies at a point of the box's surface (edge coordinates: voxel i fills [i, i + 1]).
+bool isTissue(const AttenuationVolume& volume, const Eigen::Vector3d& point) {
+  constexpr float kHalfOfWaterPerMm = 0.01F;
+  const Eigen::Vector3i top = volume.grid.size - Eigen::Vector3i::Ones();
+  const Eigen::Vector3i index = point.array().floor().cast<int>().matrix().cwiseMax(0).cwiseMin(top);
+  const auto at = (static_cast<std::size_t>(index.z()) * volume.grid.size.y() + index.y()) * volume.grid.size.x() +
+                  static_cast<std::size_t>(index.x());
+  return volume.values[at] * volume.scale_per_mm > kHalfOfWaterPerMm;
+}
+
+/// Whether the ray through a pixel enters or leaves the grid's box through tissue on a cut face: the body goes on.
+bool passesCutFace(const AttenuationVolume& volume, const Eigen::Affine3d& index_from_camera,
+                   const Eigen::Vector3d& direction_camera) {
+  const Eigen::Vector3d origin = index_from_camera.translation() + Eigen::Vector3d::Constant(0.5);
+  const Eigen::Vector3d direction = index_from_camera.linear() * direction_camera;
+  double enter = 0.0;
+  double leave = std::numeric_limits<double>::infinity();
+  int enter_face = -1;
+  int leave_face = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double size = volume.grid.size[axis];
+    if (std::abs(direction[axis]) < 1e-12) {
+      if (origin[axis] < 0.0 || origin[axis] > size) return false;
+      continue;
+    }
+    const double at_low = -origin[axis] / direction[axis];
+    const double at_high = (size - origin[axis]) / direction[axis];
+    const bool forward = at_low < at_high;
+    if (std::min(at_low, at_high) > enter) {
+      enter = std::min(at_low, at_high);
+      enter_face = 2 * axis + (forward ? 0 : 1);
+    }
+    if (std::max(at_low, at_high) < leave) {
+      leave = std::max(at_low, at_high);
+      leave_face = 2 * axis + (forward ? 1 : 0);
+    }
+  }
+  const auto cut = [&](int face, double at) {
+    return face >= 0 && volume.face_is_cut[static_cast<std::size_t>(face)] && isTissue(volume, origin + at * direction);
+  };
+  return enter < leave && (cut(enter_face, enter) || cut(leave_face, leave));
+}
+
+/// Rays that the CT cannot explain are left out, with a rim for the motion during the solve. Decided once, at the
+/// start: the set of pixels stays the same over the iterations.
+void maskTruncatedRays(const AttenuationVolume& volume, const XrayCamera& camera, const RigidTransform& T_camera_ct,
+                       MaskImage* mask) {
+  if (std::none_of(volume.face_is_cut.begin(), volume.face_is_cut.end(), [](bool cut) { return cut; })) return;
+  const Eigen::Affine3d index_from_camera =
+      volume.grid.ctFromIndex().inverse() * Eigen::Affine3d(T_camera_ct.inverse().matrix());
+  constexpr double kRimPx = 2.0;
+  constexpr double kOffsets[5][2] = {{0, 0}, {kRimPx, 0}, {-kRimPx, 0}, {0, kRimPx}, {0, -kRimPx}};
+  for (int v = 0; v < mask->height; ++v) {
+    for (int u = 0; u < mask->width; ++u) {
+      for (const auto& offset : kOffsets) {
+        const Eigen::Vector3d ray = camera.rayDirection(u + offset[0], v + offset[1]);
+        if (passesCutFace(volume, index_from_camera, ray)) mask->at(u, v) = 0;
+      }
+    }
+  }
+}
+
 /// The problem's binning: sides of the X-ray no longer than `pixels`.
 int binningFactor(const XrayCamera& camera, int pixels) {
   return std::max(1, (std::max(camera.width, camera.height) + pixels - 1) / pixels);
@@ -83,7 +146,8 @@ bool PaperRegistrar::setOptions(const RegistrarOptions& options) {
 void PaperRegistrar::setVolume(const AttenuationVolume& volume) {
   has_volume_ = false;
   checkPaperEngine(engine_.get());
-  engine_->setVolume(downsampled(volume, averagingFactor(volume.grid, options_.paper_image_size)));
+  averaged_ = downsampled(volume, averagingFactor(volume.grid, options_.paper_image_size));
+  engine_->setVolume(averaged_);
   centre_ct_mm_ = anatomicalCentreCt(volume);
   radius_mm_ = 0.5 * volume.grid.size.cast<double>().cwiseProduct(volume.grid.spacing_mm).norm();
   has_volume_ = true;
@@ -129,6 +193,7 @@ RegistrationResult PaperRegistrar::registerFrame(const std::vector<ViewInput>& v
   FloatImage attenuation;
   MaskImage mask;
   binImage(view.attenuation, view.mask, factor, &attenuation, &mask);
+  if (options_.truncation_weights) maskTruncatedRays(averaged_, view.camera.binned(factor), T_camera_ct_start, &mask);
   engine_->setTarget(attenuation, mask, PaperFilter{kSmoothSigmaPx, kBackgroundSigmaPx});
   result.upload_ms = millisecondsSince(start);
 

@@ -11,10 +11,12 @@ namespace xray_registration {
 
 /// The paper's method on X-rays: one view, one level, finite differences, samples weighted in mm.
 ///
-/// Two additions to the paper, without which no X-ray can be matched: gain and offset are eliminated in every step, and
+/// Additions to the paper, without which no X-ray can be matched: gain and offset are eliminated in every step, and
 /// a linear band-pass (PaperFilter) removes the smooth background (scatter) and the finest noise from X-ray and DRRs
 /// alike. The CT is averaged to about paper_image_size voxels a side and the X-ray binned to at most paper_image_size
 /// pixels a side: the paper's N is the volume's.
+///
+/// Rays that enter or leave the CT through tissue on a cut face at the start pose are masked (truncation_weights).
 ///
 /// Several views are refused with a reason. The covariance is σ² N⁻¹ with the residual's σ and the correlation area of
 /// the band-pass; it knows noise, not model errors. inlier_fraction is 1: nothing is weighted away.
@@ -42,6 +44,7 @@ class PaperRegistrar : public Registrar {
   Logger logger_;
   std::unique_ptr<PaperEngine> engine_;
   bool has_volume_ = false;
+  AttenuationVolume averaged_;  ///< What the engine has, for the truncated rays.
   Eigen::Vector3d centre_ct_mm_ = Eigen::Vector3d::Zero();
   double radius_mm_ = 1.0;
 };

@@ -1,0 +1,49 @@
+#include "tools/benchmark/measure.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "tools/common/progress_bar.h"
+
+namespace xray_registration::tools {
+
+double millisecondsOf(const std::function<void()>& run) {
+  const auto start = std::chrono::steady_clock::now();
+  run();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+BenchmarkRow rowOf(const std::string& name, std::vector<double> milliseconds) {
+  BenchmarkRow row;
+  row.name = name;
+  row.runs = milliseconds.size();
+  if (milliseconds.empty()) return row;
+  std::sort(milliseconds.begin(), milliseconds.end());
+  const std::size_t n = milliseconds.size();
+  row.milliseconds_median = 0.5 * (milliseconds[(n - 1) / 2] + milliseconds[n / 2]);
+  row.milliseconds_p99 = milliseconds[static_cast<std::size_t>(std::ceil(0.99 * static_cast<double>(n))) - 1];
+  return row;
+}
+
+std::vector<BenchmarkRow> measureInTurns(const std::string& title, const std::vector<BenchmarkCase>& cases,
+                                         int rounds) {
+  ProgressBar bar(title, static_cast<std::size_t>(rounds) + 1);
+  for (const BenchmarkCase& one : cases) one.run();
+  std::vector<std::vector<double>> times(cases.size());
+  for (int round = 0; round < rounds; ++round) {
+    bar.advanceTo(static_cast<std::size_t>(round) + 1);
+    for (std::size_t i = 0; i < cases.size(); ++i) times[i].push_back(millisecondsOf(cases[i].run));
+  }
+  std::vector<BenchmarkRow> rows;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    rows.push_back(rowOf(cases[i].name, times[i]));
+    if (cases[i].samples > 0.0) {
+      rows.back().samples_per_second = cases[i].samples / (rows.back().milliseconds_median * 1e-3);
+    }
+    rows.back().note = cases[i].note;
+  }
+  return rows;
+}
+
+}  // namespace xray_registration::tools

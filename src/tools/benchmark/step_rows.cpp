@@ -1,0 +1,157 @@
+#include "tools/benchmark/step_rows.h"
+
+#include <stdexcept>
+
+#include "tools/benchmark/scenes.h"
+#include "tools/common/progress_bar.h"
+#include "xray_registration/drr/engine.h"
+#include "xray_registration/drr/paper_engine.h"
+#include "xray_registration/registration/gauss_newton.h"
+#include "xray_registration/registration/paper_method.h"
+
+namespace xray_registration::tools {
+namespace {
+
+/// The head phantom from the paper's geometry at N³ and N², and where a solver may stand: 2° and 2 mm from the truth.
+struct StepScene {
+  explicit StepScene(int n) : volume(headScene(n)) {
+    const PaperGeometry geometry = benchmarkGeometry(volume.grid, n);
+    problem.camera = geometry.camera;
+    problem.T_camera_ct_start = geometry.T_camera_ct;
+    problem.centre_ct_mm = volume.grid.centreCt();
+    problem.samples = 3 * n;
+    truth << 2.0, 2.0, 2.0, 2.0, 2.0, 2.0;
+  }
+  AttenuationVolume volume;
+  PaperProblem problem;
+  PaperParameters truth;
+};
+
+class PaperStepper {
+ public:
+  PaperStepper(const StepScene& scene, std::unique_ptr<PaperEngine> engine)
+      : problem_(scene.problem), engine_(std::move(engine)) {
+    engine_->setVolume(scene.volume);
+    const FloatImage blank(problem_.camera.width, problem_.camera.height);
+    engine_->setTarget(blank, {}, {});
+    engine_->render(
+        0, paperRays(engine_->grid(), problem_.camera, paperPose(problem_, scene.truth), problem_.samples, false));
+    engine_->setTarget(engine_->read(0), {}, {});
+    options_.max_iterations = 1;
+    options_.stop_norm = 0.0;
+  }
+
+  void step() {
+    if (solvePaper(engine_.get(), problem_, options_).iterations != 1) {
+      throw std::runtime_error("benchmark: a step of the paper's method on " + engine_->name() + " was refused");
+    }
+  }
+
+  double samples() const {
+    return 7.0 * problem_.camera.width * problem_.camera.height * static_cast<double>(problem_.samples);
+  }
+
+ private:
+  PaperProblem problem_;
+  PaperOptions options_;
+  std::unique_ptr<PaperEngine> engine_;
+};
+
+class FastStepper {
+ public:
+  FastStepper(const StepScene& scene, const std::shared_ptr<Device>& device)
+      : engine_(device), T_camera_ct_(scene.problem.T_camera_ct_start), camera_(scene.problem.camera) {
+    engine_.setVolume(scene.volume);
+    const FloatImage target = engine_.render(camera_, 0, paperPose(scene.problem, scene.truth));
+    xray_ = engine_.upload(camera_, target, FloatImage(camera_.width, camera_.height, 1.0F));
+  }
+
+  void step() {
+    const StepSums sums = engine_.evaluate(xray_.levels.front(), 0, {T_camera_ct_}, WindowOptions{}).front();
+    Twist delta;
+    if (!dampedStep(sums, 1e-3, &delta)) throw std::runtime_error("benchmark: a step of the fast method was refused");
+  }
+
+  /// Planes of the volume that each ray may meet.
+  double samples(int n) const { return static_cast<double>(camera_.width) * camera_.height * n; }
+
+ private:
+  Engine engine_;
+  RigidTransform T_camera_ct_;
+  XrayCamera camera_;
+  ResidentXray xray_;
+};
+
+}  // namespace
+
+std::vector<BenchmarkRow> measureSteps(const std::shared_ptr<Device>& device, int rounds) {
+  const StepScene small(128);
+  const StepScene large(256);
+  PaperStepper cpp(small, makePaperEngineCpp());
+  PaperStepper opencl(small, makePaperEngineOpenCl(device));
+  FastStepper fast_small(small, device);
+  FastStepper fast_large(large, device);
+  return measureInTurns(
+      "one step",
+      {{"step/paper/cpp/128", [&] { cpp.step(); }, cpp.samples(), "7 DRRs of 3 N tri-linear samples, one thread"},
+       {"step/paper/opencl/128", [&] { opencl.step(); }, opencl.samples(), "the same on the device"},
+       {"step/fast/128", [&] { fast_small.step(); }, fast_small.samples(128), "value and derivatives in one march"},
+       {"step/fast/256", [&] { fast_large.step(); }, fast_large.samples(256), "N^3 nominal samples; air is skipped"}},
+      rounds);
+}
+
+std::vector<BenchmarkRow> measureDrr(const std::shared_ptr<Device>& device, int rounds) {
+  const AttenuationVolume volume = headScene(256);
+  const PaperGeometry geometry = benchmarkGeometry(volume.grid, 200);
+  Engine fast(device);
+  fast.setVolume(volume);
+  const auto paper = makePaperEngineOpenCl(device);
+  paper->setVolume(volume);
+  paper->setTarget(FloatImage(200, 200), {}, {});
+  const PaperRays rays = paperRays(volume.grid, geometry.camera, geometry.T_camera_ct, 3 * 256, true);
+  return measureInTurns("one DRR",
+                        {{"drr/paper/opencl/200",
+                          [&] {
+                            paper->render(0, rays);
+                            paper->read(0);
+                          },
+                          200.0 * 200.0 * rays.samples, "image read back"},
+                         {"drr/fast/200", [&] { fast.render(geometry.camera, 0, geometry.T_camera_ct); },
+                          200.0 * 200.0 * 256, "image read back; N nominal samples a ray"}},
+                        rounds);
+}
+
+std::vector<BenchmarkRow> measureUpload(const std::shared_ptr<Device>& device, int rounds) {
+  const AttenuationVolume volume = headScene(256);
+  Engine engine(device);
+  return measureInTurns("upload",
+                        {{"upload/256",
+                          [&] {
+                            engine.setVolume(volume);
+                            device->uploadQueue().finish();
+                            device->solveQueue().finish();
+                          },
+                          0.0, "pyramid, packing and transfer"}},
+                        rounds);
+}
+
+BenchmarkRow measureMemory(const std::shared_ptr<Device>& device) {
+  ProgressBar bar("memory", 1);
+  // Full to its faces: no air that the packing could leave out.
+  AttenuationVolume volume;
+  volume.grid.size.setConstant(512);
+  volume.scale_per_mm = 1e-5F;
+  volume.values.assign(volume.grid.voxelCount(), 2000);
+  Engine engine(device);
+  std::vector<double> times = {millisecondsOf([&] { engine.setVolume(volume); })};
+  BenchmarkRow row = rowOf("memory/512", times);
+  row.bytes = static_cast<double>(engine.volume().bytes());
+  const double ratio = *row.bytes / (2.0 * static_cast<double>(volume.values.size()));
+  char note[96];
+  std::snprintf(note, sizeof note, "%.0f MiB, %.2f times the CT's 16-bit size; the time is one upload",
+                *row.bytes / 1048576.0, ratio);
+  row.note = note;
+  return row;
+}
+
+}  // namespace xray_registration::tools
