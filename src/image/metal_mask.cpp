@@ -197,17 +197,33 @@ void findBeads(const Copy& copy, const cv::Mat& excess, cv::Mat* metal) {
   }
 }
 
-/// Metal up to twice `radius` thick, without its rim.
-template <std::size_t kCount>
-cv::Mat findMetal(const Copy& copy, const cv::Mat& excess, const std::array<float, kCount>& levels, int least_area) {
-  cv::Mat metal = cv::Mat::zeros(copy.attenuation.size(), CV_8U);
-  if (cv::countNonZero(copy.sharp) < kFineArea) return metal;
-  for (const float level : levels) addMetal(copy, excess > level, least_area, &metal);
-  return metal;
-}
-
 cv::Mat excess(const cv::Mat& attenuation, int radius) {
   return attenuation - morphed(attenuation, cv::MORPH_OPEN, radius);
+}
+
+/// What a copy is searched for besides what is thin.
+struct Search {
+  bool small;  ///< Beads, letters of lead.
+  bool large;  ///< Thick rods, balls.
+};
+
+/// Metal with its rim.
+cv::Mat findMetal(const Copy& copy, const Search& search) {
+  cv::Mat metal = cv::Mat::zeros(copy.attenuation.size(), CV_8U);
+  if (cv::countNonZero(copy.sharp) >= kFineArea) {
+    const cv::Mat thin_excess = excess(copy.smooth, kFineRadius);
+    findThin(copy, thin_excess, &metal);
+    if (search.small) {
+      for (const float level : kFineLevels) addMetal(copy, thin_excess > level, kFineArea, &metal);
+    }
+    if (search.large) {
+      const cv::Mat large_excess = excess(copy.smooth, kCoarseRadius);
+      for (const float level : kCoarseLevels) addMetal(copy, large_excess > level, kCoarseArea, &metal);
+    }
+    metal = morphed(metal, cv::MORPH_CLOSE, kBridge);
+  }
+  if (search.small) findBeads(copy, excess(copy.attenuation, kFineRadius), &metal);
+  return morphed(metal, cv::MORPH_DILATE, kRim);
 }
 
 }  // namespace
@@ -221,22 +237,15 @@ MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
   cv::Mat fine_field(fine_image.size(), CV_8U, cv::Scalar(kUse));
   // Only blocks that lie wholly inside: at the field's edge everything is sharp.
   if (!field.empty()) fine_field = mask_detail::shrunk(mask_detail::view(field), fine_factor) == kUse;
-  const Copy fine = prepared(fine_image, fine_field);
-  const cv::Mat fine_excess = excess(fine.smooth, kFineRadius);
-  cv::Mat metal = findMetal(fine, fine_excess, kFineLevels, kFineArea);
-  findThin(fine, fine_excess, &metal);
-  metal = morphed(metal, cv::MORPH_CLOSE, kBridge);
-  findBeads(fine, excess(fine.attenuation, kFineRadius), &metal);
-  metal = morphed(metal, cv::MORPH_DILATE, kRim);
 
   const int coarse_factor = mask_detail::factorFor(fine_image.size(), kCoarseSide);
-  const Copy coarse = coarse_factor == 1 ? fine
-                                         : prepared(mask_detail::shrunk(fine_image, coarse_factor),
-                                                    mask_detail::shrunk(fine_field, coarse_factor) == kUse);
-  cv::Mat large = findMetal(coarse, excess(coarse.smooth, kCoarseRadius), kCoarseLevels, kCoarseArea);
-  if (coarse_factor > 1) findThin(coarse, excess(coarse.smooth, kFineRadius), &large);
-  large = morphed(large, cv::MORPH_CLOSE, kBridge);
-  metal |= mask_detail::grown(morphed(large, cv::MORPH_DILATE, kRim), coarse_factor, fine_image.size());
+  const bool one_copy_does = coarse_factor == 1;
+  cv::Mat metal = findMetal(prepared(fine_image, fine_field), {true, one_copy_does});
+  if (!one_copy_does) {
+    const Copy coarse = prepared(mask_detail::shrunk(fine_image, coarse_factor),
+                                 mask_detail::shrunk(fine_field, coarse_factor) == kUse);
+    metal |= mask_detail::grown(findMetal(coarse, {false, true}), coarse_factor, fine_image.size());
+  }
   mask_detail::view(result).setTo(0, mask_detail::grown(metal, fine_factor, image.size()));
   return result;
 }
