@@ -19,6 +19,28 @@ constexpr int kRays = 64;
 constexpr int kSumStride = 48;
 constexpr int kTerms = 32;
 
+constexpr int kSmallestSide = 32;    ///< Of the coarsest X-ray level, pixels.
+constexpr int kMapStep = 4;          ///< Pixels between the points of the map of unexplained tissue.
+constexpr double kMapVoxelMm = 5.0;  ///< Voxel size that is fine enough for that map.
+
+/// The cut faces that the view sees from the side. What goes on behind a face that is seen from the front lies over the
+/// whole image and changes slowly: it costs contrast, not edges, and to leave it out would leave nothing.
+cl_int sideFaces(const ResidentLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct) {
+  const Eigen::Vector3d middle = camera.rayDirection(0.5 * camera.width, 0.5 * camera.height).normalized();
+  const Eigen::Vector3d along = T_camera_ct.linear().transpose() * middle;
+  cl_int faces = level.cut_faces;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d normal = level.index_from_ct.linear().row(axis).normalized();
+    if (std::abs(normal.dot(along)) > 0.5) faces &= ~(3 << (2 * axis));
+  }
+  return faces;
+}
+
+/// The global size, padded: PoCL refuses groups that are not full.
+cl::NDRange paddedRange(int items) {
+  return cl::NDRange(static_cast<std::size_t>((items + kRays - 1) / kRays * kRays));
+}
+
 int tilesFor(int pixels) { return (pixels + kTile - 1) / kTile; }
 
 /// cl::Error → DeviceError with the step's name.
@@ -82,6 +104,8 @@ Engine::Kernels& Engine::kernels(int split) {
     k.windows = cl::Kernel(k.program, "windows");
     k.halve_xray = cl::Kernel(k.program, "halve_xray");
     k.used_tiles = cl::Kernel(k.program, "used_tiles");
+    k.unexplained = cl::Kernel(k.program, "unexplained");
+    k.apply_map = cl::Kernel(k.program, "apply_map");
     return kernels_.emplace(split, std::move(k)).first->second;
   });
 }
@@ -117,7 +141,8 @@ ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera) {
   level.camera = camera;
   level.tiles_x = tilesFor(camera.width);
   level.tiles_y = tilesFor(camera.height);
-  const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  const std::size_t bytes =
+      sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   level.attenuation = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
   level.weight = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
   level.used_tiles =
@@ -133,8 +158,79 @@ void Engine::markUsedTiles(ResidentXray::Level* level) {
   kernel.setArg(3, level->tiles_x);
   kernel.setArg(4, level->tiles());
   kernel.setArg(5, level->used_tiles);
-  const std::size_t padded = static_cast<std::size_t>((level->tiles() + kRays - 1) / kRays * kRays);
-  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded), cl::NDRange(kRays));
+  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, paddedRange(level->tiles()), cl::NDRange(kRays));
+}
+
+void Engine::halve(const ResidentXray::Level& fine, ResidentXray::Level* half) {
+  cl::Kernel& kernel = kernels(1).halve_xray;
+  kernel.setArg(0, fine.attenuation);
+  kernel.setArg(1, fine.weight);
+  kernel.setArg(2, fine.camera.width);
+  kernel.setArg(3, fine.camera.height);
+  kernel.setArg(4, half->camera.width);
+  kernel.setArg(5, half->camera.height);
+  kernel.setArg(6, half->attenuation);
+  kernel.setArg(7, half->weight);
+  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange,
+                                             paddedRange(half->camera.width * half->camera.height), cl::NDRange(kRays));
+}
+
+void Engine::halveAll(ResidentXray* xray) {
+  for (std::size_t i = 0; i < xray->levels.size(); ++i) {
+    if (i > 0) halve(xray->levels[i - 1], &xray->levels[i]);
+    markUsedTiles(&xray->levels[i]);
+  }
+}
+
+void Engine::restoreWeights(ResidentXray* xray) {
+  guarded(*device_, "weighing the X-ray", [&] {
+    const XrayCamera& camera = xray->levels.front().camera;
+    device_->solveQueue().enqueueCopyBuffer(
+        xray->mask, xray->levels.front().weight, 0, 0,
+        sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+    halveAll(xray);
+  });
+}
+
+void Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit) {
+  guarded(*device_, "weighing the X-ray", [&] {
+    cl::CommandQueue& queue = device_->solveQueue();
+    const XrayCamera& camera = xray->levels.front().camera;
+    const int level_index = volume_->levelFor(kMapVoxelMm);
+    const ResidentLevel& ct = level(level_index);
+    const cl_int cut_faces = sideFaces(ct, camera, T_camera_ct);
+    if (cut_faces == 0) return restoreWeights(xray);
+    const int map_width = camera.width / kMapStep + 2;
+    const int map_height = camera.height / kMapStep + 2;
+    const float radius =
+        0.6F * std::sqrt(static_cast<float>(ct.grid.size[0] * ct.grid.size[0] + ct.grid.size[1] * ct.grid.size[1] +
+                                            ct.grid.size[2] * ct.grid.size[2]));
+    uploadPoses(ct, camera, {T_camera_ct});
+    cl::Kernel& map = kernels(1).unexplained;
+    map.setArg(0, ct.words);
+    map.setArg(1, ct.grid);
+    map.setArg(2, poses_.buffer);
+    map.setArg(3, map_width);
+    map.setArg(4, map_height);
+    map.setArg(5, static_cast<float>(kMapStep));
+    map.setArg(6, cut_faces);
+    map.setArg(7, radius);
+    map.setArg(8, static_cast<float>(limit));
+    map.setArg(9, scratch(&map_, sizeof(float) * static_cast<std::size_t>(map_width * map_height)));
+    queue.enqueueNDRangeKernel(map, cl::NullRange, paddedRange(map_width * map_height), cl::NDRange(kRays));
+    cl::Kernel& apply = kernels(1).apply_map;
+    apply.setArg(0, xray->mask);
+    apply.setArg(1, map_.buffer);
+    apply.setArg(2, camera.width);
+    apply.setArg(3, camera.height);
+    apply.setArg(4, map_width);
+    apply.setArg(5, map_height);
+    apply.setArg(6, static_cast<float>(kMapStep));
+    apply.setArg(7, xray->levels.front().weight);
+    queue.enqueueNDRangeKernel(apply, cl::NullRange, paddedRange(camera.width * camera.height), cl::NDRange(kRays));
+    halveAll(xray);
+    queue.finish();
+  });
 }
 
 ResidentXray Engine::upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) {
@@ -154,29 +250,15 @@ ResidentXray Engine::upload(const XrayCamera& camera, const FloatImage& attenuat
 
     ResidentXray::Level finest = newXrayLevel(camera);
     const std::size_t bytes = sizeof(float) * attenuation.pixels.size();
+    xray.mask = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
     queue.enqueueWriteBuffer(finest.attenuation, CL_FALSE, 0, bytes, attenuation.pixels.data());
-    queue.enqueueWriteBuffer(finest.weight, CL_FALSE, 0, bytes, weight.pixels.data());
-    markUsedTiles(&finest);
+    queue.enqueueWriteBuffer(xray.mask, CL_FALSE, 0, bytes, weight.pixels.data());
+    queue.enqueueCopyBuffer(xray.mask, finest.weight, 0, 0, bytes);
     xray.levels.push_back(finest);
-    while (std::min(xray.levels.back().camera.width, xray.levels.back().camera.height) >= 64) {
-      const ResidentXray::Level fine = xray.levels.back();
-      ResidentXray::Level half = newXrayLevel(fine.camera.binned(2));
-      cl::Kernel& kernel = kernels(1).halve_xray;
-      kernel.setArg(0, fine.attenuation);
-      kernel.setArg(1, fine.weight);
-      kernel.setArg(2, fine.camera.width);
-      kernel.setArg(3, fine.camera.height);
-      kernel.setArg(4, half.camera.width);
-      kernel.setArg(5, half.camera.height);
-      kernel.setArg(6, half.attenuation);
-      kernel.setArg(7, half.weight);
-      const int pixels = half.camera.width * half.camera.height;
-      queue.enqueueNDRangeKernel(kernel, cl::NullRange,
-                                 cl::NDRange(static_cast<std::size_t>((pixels + kRays - 1) / kRays * kRays)),
-                                 cl::NDRange(kRays));
-      markUsedTiles(&half);
-      xray.levels.push_back(half);
+    while (std::min(xray.levels.back().camera.width, xray.levels.back().camera.height) >= 2 * kSmallestSide) {
+      xray.levels.push_back(newXrayLevel(xray.levels.back().camera.binned(2)));
     }
+    halveAll(&xray);
     queue.finish();  // The host images may go away.
     return xray;
   });
@@ -186,9 +268,9 @@ void Engine::uploadPoses(const ResidentLevel& level, const XrayCamera& camera,
                          const std::vector<RigidTransform>& poses) {
   pose_staging_.resize(poses.size() * kPoseStride);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const PoseParameters parameters =
-        poseParameters(level, camera, poses[i], poses[i] * volume_->centreCt());
-    std::copy(parameters.begin(), parameters.end(), pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * kPoseStride));
+    const PoseParameters parameters = poseParameters(level, camera, poses[i], poses[i] * volume_->centreCt());
+    std::copy(parameters.begin(), parameters.end(),
+              pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * kPoseStride));
   }
   device_->solveQueue().enqueueWriteBuffer(scratch(&poses_, sizeof(float) * pose_staging_.size()), CL_FALSE, 0,
                                            sizeof(float) * pose_staging_.size(), pose_staging_.data());
@@ -254,8 +336,7 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
     const int windows_y = xray.tiles_y - span_y + 1;
     const int window_groups = (windows_x * windows_y + kRays - 1) / kRays;
     last_windows_ = windows_x * windows_y;
-    const std::size_t term_count =
-        static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kTerms;
+    const std::size_t term_count = static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kTerms;
     cl::Kernel& w = kernels(1).windows;
     w.setArg(0, sums_.buffer);
     w.setArg(1, xray.tiles_x);
@@ -268,14 +349,13 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
     w.setArg(8, static_cast<float>(options.epsilon_value * options.epsilon_value));
     w.setArg(9, static_cast<float>(options.epsilon_xray * options.epsilon_xray));
     w.setArg(10, static_cast<float>(options.robust_scale2));
-    w.setArg(11, static_cast<float>(options.contrast_power));
+    w.setArg(11, static_cast<float>(options.contrast * options.contrast));
     // A window with less than a quarter of its pixels has no reliable mean.
     w.setArg(12, options.span == 0 ? 64.0F : 0.25F * static_cast<float>(span_x * span_y * kTile * kTile));
-    w.setArg(13, scratch(&correlations_, sizeof(float) * static_cast<std::size_t>(last_windows_) *
-                                             static_cast<std::size_t>(poses)));
+    w.setArg(13, scratch(&correlations_,
+                         sizeof(float) * static_cast<std::size_t>(last_windows_) * static_cast<std::size_t>(poses)));
     w.setArg(14, scratch(&terms_, sizeof(float) * term_count));
-    const std::size_t window_items =
-        static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kRays;
+    const std::size_t window_items = static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kRays;
     queue.enqueueNDRangeKernel(w, cl::NullRange, cl::NDRange(window_items), cl::NDRange(kRays), nullptr,
                                &windows_event_);
 
@@ -296,6 +376,15 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
   });
 }
 
+FloatImage Engine::downloadXray(const ResidentXray::Level& xray) {
+  return guarded(*device_, "reading the X-ray", [&] {
+    FloatImage image(xray.camera.width, xray.camera.height);
+    device_->solveQueue().enqueueReadBuffer(xray.attenuation, CL_TRUE, 0, sizeof(float) * image.pixels.size(),
+                                            image.pixels.data());
+    return image;
+  });
+}
+
 std::vector<float> Engine::windowCorrelations() {
   return guarded(*device_, "reading the windows", [&] {
     std::vector<float> correlations(static_cast<std::size_t>(last_windows_));
@@ -307,31 +396,52 @@ std::vector<float> Engine::windowCorrelations() {
 
 FloatImage Engine::render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) {
   return guarded(*device_, "rendering a DRR", [&] {
-    cl::CommandQueue& queue = device_->solveQueue();
-    const ResidentLevel& ct = level(volume_level);
-    const int tiles_x = tilesFor(camera.width);
-    const int tiles = tiles_x * tilesFor(camera.height);
-    const int split = chooseSplit(tiles);
-    Kernels& k = kernels(split);
-    const cl::Buffer& all_tiles = allTiles(tiles);
-    uploadPoses(ct, camera, {T_camera_ct});
-    planTiles(&kernels(1), ct, tiles_x, tiles, 1, all_tiles);
-    FloatImage image(camera.width, camera.height);
-    k.render.setArg(0, ct.words);
-    k.render.setArg(1, ct.grid);
-    k.render.setArg(2, poses_.buffer);
-    k.render.setArg(3, plans_.buffer);
-    k.render.setArg(4, tiles_x);
-    k.render.setArg(5, tiles);
-    k.render.setArg(6, camera.width);
-    k.render.setArg(7, camera.height);
-    k.render.setArg(8, scratch(&image_, sizeof(float) * image.pixels.size()));
-    const std::size_t group_size = k.items_per_tile;
-    queue.enqueueNDRangeKernel(k.render, cl::NullRange, cl::NDRange(static_cast<std::size_t>(tiles) * group_size),
-                               cl::NDRange(group_size), nullptr, &march_event_);
-    queue.enqueueReadBuffer(image_.buffer, CL_TRUE, 0, sizeof(float) * image.pixels.size(), image.pixels.data());
+    return renderTiles(camera, volume_level, T_camera_ct, allTiles(tilesFor(camera.width) * tilesFor(camera.height)));
+  });
+}
+
+FloatImage Engine::renderSomeTiles(const ResidentXray::Level& xray, int volume_level, const RigidTransform& T_camera_ct,
+                                   int stride) {
+  return guarded(*device_, "rendering tiles", [&] {
+    std::vector<cl_int> used(static_cast<std::size_t>(xray.tiles()), 0);
+    for (int y = stride / 2; y < xray.tiles_y; y += stride) {
+      for (int x = stride / 2; x < xray.tiles_x; x += stride) used[static_cast<std::size_t>(y * xray.tiles_x + x)] = 1;
+    }
+    const std::size_t bytes = sizeof(cl_int) * used.size();
+    device_->solveQueue().enqueueWriteBuffer(scratch(&map_, bytes), CL_TRUE, 0, bytes, used.data());
+    FloatImage image = renderTiles(xray.camera, volume_level, T_camera_ct, map_.buffer);
+    for (int v = 0; v < image.height; ++v) {
+      for (int u = 0; u < image.width; ++u) {
+        if (used[static_cast<std::size_t>((v / kTile) * xray.tiles_x + u / kTile)] == 0) image.at(u, v) = -1.0F;
+      }
+    }
     return image;
   });
+}
+
+FloatImage Engine::renderTiles(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct,
+                               const cl::Buffer& used_tiles) {
+  cl::CommandQueue& queue = device_->solveQueue();
+  const ResidentLevel& ct = level(volume_level);
+  const int tiles_x = tilesFor(camera.width);
+  const int tiles = tiles_x * tilesFor(camera.height);
+  Kernels& k = kernels(chooseSplit(tiles));
+  uploadPoses(ct, camera, {T_camera_ct});
+  planTiles(&kernels(1), ct, tiles_x, tiles, 1, used_tiles);
+  FloatImage image(camera.width, camera.height);
+  k.render.setArg(0, ct.words);
+  k.render.setArg(1, ct.grid);
+  k.render.setArg(2, poses_.buffer);
+  k.render.setArg(3, plans_.buffer);
+  k.render.setArg(4, tiles_x);
+  k.render.setArg(5, tiles);
+  k.render.setArg(6, camera.width);
+  k.render.setArg(7, camera.height);
+  k.render.setArg(8, scratch(&image_, sizeof(float) * image.pixels.size()));
+  queue.enqueueNDRangeKernel(k.render, cl::NullRange, cl::NDRange(static_cast<std::size_t>(tiles) * k.items_per_tile),
+                             cl::NDRange(k.items_per_tile), nullptr, &march_event_);
+  queue.enqueueReadBuffer(image_.buffer, CL_TRUE, 0, sizeof(float) * image.pixels.size(), image.pixels.data());
+  return image;
 }
 
 std::vector<FloatImage> Engine::renderWithDerivatives(const XrayCamera& camera, int volume_level,

@@ -1,8 +1,7 @@
 #include "xray_registration/drr/resident_volume.h"
 
-#include <cmath>
-
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "xray_registration/volume/volume_pyramid.h"
@@ -83,9 +82,9 @@ std::vector<cl_uchar> occupancyOf(const cl_uint* words, const Eigen::Vector3i& p
   };
   for (int z = kPadding; z < padded.z() - kPadding; ++z) {
     for (int y = kPadding; y < padded.y() - kPadding; ++y) {
-      const cl_uint* row = words + (static_cast<std::size_t>(z) * static_cast<std::size_t>(padded.y()) +
-                                    static_cast<std::size_t>(y)) *
-                                       static_cast<std::size_t>(padded.x());
+      const cl_uint* row =
+          words + (static_cast<std::size_t>(z) * static_cast<std::size_t>(padded.y()) + static_cast<std::size_t>(y)) *
+                      static_cast<std::size_t>(padded.x());
       for (int x = kPadding; x < padded.x() - kPadding; ++x) {
         if ((row[x] & 0xffffU) == 0U) continue;
         mark(x, y, z);
@@ -112,8 +111,8 @@ ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume) {
                       0);
   }
   level.words = cl::Buffer(device->context(), CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR, level.bytes);
-  auto* words = static_cast<cl_uint*>(
-      device->uploadQueue().enqueueMapBuffer(level.words, CL_TRUE, CL_MAP_WRITE, 0, level.bytes));
+  auto* words =
+      static_cast<cl_uint*>(device->uploadQueue().enqueueMapBuffer(level.words, CL_TRUE, CL_MAP_WRITE, 0, level.bytes));
   packWords(volume, box, padded, words);
   const std::vector<cl_uchar> occupied = occupancyOf(words, padded, bricks);
   device->uploadQueue().enqueueUnmapMemObject(level.words, words);
@@ -131,6 +130,7 @@ ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume) {
   padded_from_index.translation() = (Eigen::Vector3i::Constant(kPadding) - box.low).cast<double>();
   level.index_from_ct = padded_from_index * volume.grid.ctFromIndex().inverse();
   level.scale_per_mm = volume.scale_per_mm;
+  for (std::size_t face = 0; face < 6; ++face) level.cut_faces |= volume.face_is_cut[face] ? 1 << face : 0;
   level.spacing_mm = std::cbrt(volume.grid.spacing_mm.prod());
   return level;
 }

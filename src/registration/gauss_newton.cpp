@@ -48,16 +48,23 @@ GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_c
   result.steps = 1;
   double damping = options.initial_damping;
   double growth = 2.0;
-  while (result.steps < options.max_steps) {
+  while (true) {
     Twist step;
     if (!dampedStep(result.sums, damping, &step)) {
       result.failed = true;
       return result;
     }
     shorten(&step, options);
-    if (imageMotionMm(step, options) < options.stop_mm) {
-      // Taking it untested is worth its size, which is below what counts.
+    const double motion_mm = imageMotionMm(step, options);
+    if (motion_mm < options.stop_mm) {
       result.converged = true;
+      return result;
+    }
+    if (result.steps >= options.max_steps) {
+      if (motion_mm < options.max_untested_step_mm) {
+        result.T_camera_ct = updatedPose(result.T_camera_ct, step, result.T_camera_ct * centre_ct_mm);
+        result.converged = true;
+      }
       return result;
     }
     const RigidTransform moved = updatedPose(result.T_camera_ct, step, result.T_camera_ct * centre_ct_mm);
@@ -80,7 +87,6 @@ GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_c
       }
     }
   }
-  return result;
 }
 
 }  // namespace xray_registration

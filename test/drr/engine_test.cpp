@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-
 #include <cmath>
 #include <random>
 
@@ -48,7 +47,7 @@ RigidTransform poseLookingAlong(const AttenuationVolume& volume, const Eigen::Ve
   return pose;
 }
 
-const Eigen::Vector3d kAxes[] = {Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitX(),  Eigen::Vector3d::UnitY(),
+const Eigen::Vector3d kAxes[] = {Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitX(),    Eigen::Vector3d::UnitY(),
                                  Eigen::Vector3d::UnitZ(), Eigen::Vector3d(1, 0.7, 0.1), Eigen::Vector3d(0.2, 1, 1)};
 
 /// 52 × 44: neither side a whole number of tiles.
@@ -206,7 +205,9 @@ double referenceObjective(const FloatImage& drr, const FloatImage& xray, const F
       const double var_d = dd / n - d * d / n / n + options.epsilon_value * options.epsilon_value;
       const double var_x = xx / n - x * x / n / n + options.epsilon_xray * options.epsilon_xray;
       const double e = 1.0 - (dx / n - d * x / n / n) / std::sqrt(var_d * var_x);
-      cost += n * std::pow(var_x, options.contrast_power) * e * options.robust_scale2 / (e + options.robust_scale2);
+      const double plain_x = xx / n - x * x / n / n;
+      cost += n * plain_x / (plain_x + options.contrast * options.contrast) * e * options.robust_scale2 /
+              (e + options.robust_scale2);
     }
   }
   return cost;
@@ -244,7 +245,7 @@ std::vector<WindowOptions> objectives() {
   global.span = 0;
   WindowOptions robust = local;
   robust.robust_scale2 = 0.3;
-  robust.contrast_power = 0.5;
+  robust.contrast = 0.0;
   return {local, one_tile, global, robust};
 }
 

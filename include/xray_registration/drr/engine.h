@@ -23,17 +23,18 @@ struct ResidentXray {
     int tiles() const { return tiles_x * tiles_y; }
   };
   std::vector<Level> levels;
+  cl::Buffer mask;         ///< Weights as uploaded, full size; the levels' weights may be lower (weighUnexplained).
   double deviation = 1.0;  ///< Standard deviation of the attenuation over the allowed pixels.
 };
 
 /// How tiles are joined into windows, and how windows count.
 struct WindowOptions {
-  int span = 2;                 ///< Tiles (of 8 pixels) along a window's side; windows overlap, one per tile. 0: one
-                                ///< window over the whole image, that is SSD with gain and offset eliminated.
-  double epsilon_value = 0.02;  ///< Deviation of the DRR below which a window counts as flat, line integral units.
-  double epsilon_xray = 0.02;   ///< The same for the X-ray.
-  double robust_scale2 = 1e6;   ///< Geman-McClure scale on 1 − correlation; large is no robustness.
-  double contrast_power = 0.0;  ///< Importance of a window: (variance of the X-ray)^power.
+  int span = 2;                  ///< Tiles (of 8 pixels) along a window's side; windows overlap, one per tile. 0: one
+                                 ///< window over the whole image, that is SSD with gain and offset eliminated.
+  double epsilon_value = 0.005;  ///< Deviation of the DRR below which a window counts as flat, line integral units.
+  double epsilon_xray = 0.005;   ///< The same for the X-ray.
+  double robust_scale2 = 1e6;    ///< Geman-McClure scale on 1 − correlation; large is no robustness.
+  double contrast = 0.3;         ///< Deviation of the X-ray at which a window counts half.
 };
 
 /// One evaluation of the objective E(ξ) = Σ windows importance · ρ(1 − correlation) at ξ = 0: value, exact gradient,
@@ -64,6 +65,16 @@ class Engine {
   /// Uploads an X-ray (weights 0 … 1 per pixel, the image's size) and halves it until a side is below 32 pixels.
   ResidentXray upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight);
 
+  /// Lowers the weights where rays leave the CT through a cut face with tissue on it (the body goes on, the CT does
+  /// not), smoothly, as seen from a pose; `limit` is the line integral of unexplained tissue that halves a weight.
+  void weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit);
+
+  /// Back to the weights as uploaded.
+  void restoreWeights(ResidentXray* xray);
+
+  /// A level's attenuation, back on the host.
+  FloatImage downloadXray(const ResidentXray::Level& xray);
+
   /// Objective and normal equations for many poses of one X-ray in one launch.
   std::vector<StepSums> evaluate(const ResidentXray::Level& xray, int volume_level,
                                  const std::vector<RigidTransform>& T_camera_ct, const WindowOptions& options);
@@ -74,6 +85,11 @@ class Engine {
 
   /// Line integrals.
   FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct);
+
+  /// Line integrals of every `stride`-th tile (8 × 8 pixels, both directions) of an X-ray level that has any weight; −1
+  /// elsewhere.
+  FloatImage renderSomeTiles(const ResidentXray::Level& xray, int volume_level, const RigidTransform& T_camera_ct,
+                             int stride);
 
   /// The line integral image and its six derivatives by the twist about the CT's centre, for tests.
   std::vector<FloatImage> renderWithDerivatives(const XrayCamera& camera, int volume_level,
@@ -96,7 +112,7 @@ class Engine {
   struct Kernels {
     cl::Program program;
     std::size_t items_per_tile = 64;
-    cl::Kernel plan, render, render_derivatives, tile_sums, windows, halve_xray, used_tiles;
+    cl::Kernel plan, render, render_derivatives, tile_sums, windows, halve_xray, used_tiles, unexplained, apply_map;
   };
   struct Scratch {
     cl::Buffer buffer;
@@ -112,14 +128,18 @@ class Engine {
   void planTiles(Kernels* k, const ResidentLevel& level, int tiles_x, int tiles, int poses,
                  const cl::Buffer& used_tiles);
   const cl::Buffer& allTiles(int tiles);
+  FloatImage renderTiles(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct,
+                         const cl::Buffer& used_tiles);
   ResidentXray::Level newXrayLevel(const XrayCamera& camera);
   void markUsedTiles(ResidentXray::Level* level);
+  void halve(const ResidentXray::Level& fine, ResidentXray::Level* half);
+  void halveAll(ResidentXray* xray);
 
   std::shared_ptr<Device> device_;
   std::unique_ptr<ResidentVolume> volume_;
   std::map<int, Kernels> kernels_;
   int forced_split_ = 0;
-  Scratch poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_;
+  Scratch poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_, map_;
   int all_tiles_count_ = 0;
   std::vector<float> pose_staging_;
   std::vector<float> terms_staging_;

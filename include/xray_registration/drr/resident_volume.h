@@ -27,6 +27,7 @@ struct ResidentLevel {
   Eigen::Affine3d index_from_ct = Eigen::Affine3d::Identity();  ///< CT mm → padded voxel index.
   float scale_per_mm = 0.0F;
   double spacing_mm = 0.0;  ///< Mean over the axes.
+  cl_int cut_faces = 0;     ///< Bits: x low, x high, y low, … (AttenuationVolume::face_is_cut).
   std::size_t bytes = 0;
 };
 

@@ -12,18 +12,21 @@ struct GaussNewtonOptions {
   int max_steps = 10;
   double stop_mm = 0.02;
   double radius_mm = 60.0;
-  double depth_mm = 1000.0;         ///< From the source to the CT's centre: scales what depth motion is worth.
-  double max_step_mm = 20.0;        ///< Trust region: longer steps are shortened.
+  double depth_mm = 1000.0;   ///< From the source to the CT's centre: scales what depth motion is worth.
+  double max_step_mm = 20.0;  ///< Trust region: longer steps are shortened.
   double max_step_rad = 0.2;
   double initial_damping = 1e-3;
+  /// The last step, which no evaluation follows, is taken when it is shorter than this: it saves one evaluation of the
+  /// dearest level.
+  double max_untested_step_mm = 0.0;
 };
 
 struct GaussNewtonResult {
   RigidTransform T_camera_ct = RigidTransform::Identity();
-  StepSums sums;            ///< At the result.
-  bool converged = false;   ///< The last step was below stop_mm.
-  bool failed = false;      ///< Singular, or not finite: the pose is the best one before it.
-  int steps = 0;            ///< Evaluations of the objective.
+  StepSums sums;           ///< At the result.
+  bool converged = false;  ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
+  bool failed = false;     ///< Singular, or not finite: the pose is the best one before it.
+  int steps = 0;           ///< Evaluations of the objective.
 };
 
 /// The objective at a pose; the twist is about `centre_ct`, in the first camera's axes.

@@ -26,7 +26,7 @@ struct RegistrarOptions {
 
   // Fast method.
   int max_steps_per_frame = 60;     ///< Budget over all levels and views: bounds the latency.
-  double max_image_pixels = 65536;  ///< Finest level is binned until a view has no more pixels.
+  double max_image_pixels = 65536;  ///< A view (cropped to where the CT can be) is binned until it has no more pixels.
   bool robust_weights = true;
   bool truncation_weights = true;
 

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "xray_registration/drr/engine.h"
+#include "xray_registration/registration/gauss_newton.h"
+#include "xray_registration/registration/registrar.h"
+#include "xray_registration/registration/registrar_options.h"
+
+namespace xray_registration {
+
+/// The fast method: coarse-to-fine Gauss-Newton on locally normalised correlation (or SSD with gain and offset
+/// eliminated), any number of views in one solve. See docs/design.md. Not thread-safe.
+class FastRegistrar : public Registrar {
+ public:
+  /// Compiles the kernels. @throws DeviceError.
+  FastRegistrar(std::shared_ptr<Device> device, const RegistrarOptions& options, const Logger& logger);
+
+  void setVolume(const AttenuationVolume& volume) override;
+  bool hasVolume() const override { return engine_.hasVolume(); }
+  RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
+                                   bool tracking) override;
+  FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override;
+  Eigen::Vector3d centreCt() const override { return engine_.volume().centreCt(); }
+  bool setOptions(const RegistrarOptions& options) override;
+  std::string deviceName() const override { return device_->name(); }
+  std::size_t deviceBytes() const override { return engine_.hasVolume() ? engine_.volume().bytes() : 0; }
+
+  /// The engine, for the benchmark.
+  Engine& engine() { return engine_; }
+
+ private:
+  /// One view on the device.
+  struct View {
+    ResidentXray xray;
+    RigidTransform T_view_first;
+    Matrix6d twist_carried;  ///< First camera's twist → this camera's.
+  };
+  /// One stage of the coarse-to-fine descent.
+  struct Stage {
+    int level = 0;  ///< X-ray pyramid level, 0 fine.
+    int span = 2;
+    int max_steps = 10;
+  };
+
+  std::vector<View> uploadViews(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start);
+  std::vector<Stage> stages(const std::vector<View>& views, bool tracking) const;
+  int volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const;
+  WindowOptions windowOptions(const View& view, const Stage& stage, double robust_scale2) const;
+  StepSums evaluate(const std::vector<View>& views, const Stage& stage, double robust_scale2,
+                    const RigidTransform& T_camera_ct);
+  double robustScale(const std::vector<View>& views, const Stage& stage, const RigidTransform& T_camera_ct);
+  void weighViews(std::vector<View>* views, const RigidTransform& T_camera_ct);
+  GaussNewtonResult solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
+                               const RigidTransform& start, int steps_left);
+  void judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
+             const RigidTransform& start, bool tracking, RegistrationResult* result);
+  Matrix6d covarianceOf(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution);
+
+  std::shared_ptr<Device> device_;
+  RegistrarOptions options_;
+  Logger logger_;
+  Engine engine_;
+};
+
+}  // namespace xray_registration

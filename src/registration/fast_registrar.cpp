@@ -1,0 +1,292 @@
+#include "xray_registration/registration/fast_registrar.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "registration/residual_statistics.h"
+#include "registration/view_preparation.h"
+#include "xray_registration/drr/self_test.h"
+#include "xray_registration/registration/verdict.h"
+
+namespace xray_registration {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Radius about the centre over which motion is measured: an organ's size.
+constexpr double kTargetRadiusMm = 60.0;
+/// How far beyond the CT's sphere a start may be off and its projection still be in the crop.
+constexpr double kCropMarginMm = 15.0;
+/// Line integral of unexplained tissue (5 cm of water) that halves a ray's weight.
+constexpr double kUnexplainedLimit = 1.0;
+/// Deviations below this part of the image's own count as flat.
+constexpr double kFlatPart = 0.005;
+/// Deviation, as part of the image's own, at which a window counts half.
+constexpr double kContrastPart = 0.2;
+constexpr double kNotRobust = 1e6;
+
+/// The scale of the normal matrix: rotation as motion at the target radius.
+Matrix6d scaledToTargets(const Matrix6d& matrix) {
+  Twist scale;
+  scale << 1.0, 1.0, 1.0, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm;
+  return scale.asDiagonal() * matrix * scale.asDiagonal();
+}
+
+double conditionNumber(const Matrix6d& matrix) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(matrix), Eigen::EigenvaluesOnly);
+  const double smallest = eigen.eigenvalues()[0];
+  return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
+}
+
+std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform& start) {
+  if (views.empty()) return "no view was given";
+  if (!start.matrix().allFinite()) return "the start pose is not finite";
+  for (const ViewInput& view : views) {
+    const std::string problem = view.camera.problem();
+    if (!problem.empty()) return problem;
+    if (view.attenuation.width != view.camera.width || view.attenuation.height != view.camera.height) {
+      return "the X-ray's size disagrees with its camera's";
+    }
+    if (!view.mask.empty() && (view.mask.width != view.camera.width || view.mask.height != view.camera.height)) {
+      return "the mask's size disagrees with the X-ray's";
+    }
+    const std::vector<float>& pixels = view.attenuation.pixels;
+    if (!std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); })) {
+      return "the X-ray holds values that are not finite";
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+FastRegistrar::FastRegistrar(std::shared_ptr<Device> device, const RegistrarOptions& options, const Logger& logger)
+    : device_(std::move(device)), options_(options), logger_(logger), engine_(device_) {}
+
+bool FastRegistrar::setOptions(const RegistrarOptions& options) {
+  if (options.method != Method::kFast) return false;
+  options_ = options;
+  return true;
+}
+
+void FastRegistrar::setVolume(const AttenuationVolume& volume) {
+  selfTest(&engine_);
+  engine_.setVolume(volume);
+  log(logger_, LogLevel::kInfo,
+      "CT on " + device_->name() + ": " + std::to_string(engine_.volume().levels().size()) + " levels, " +
+          std::to_string(engine_.volume().bytes() >> 20U) + " MiB");
+}
+
+std::vector<FastRegistrar::View> FastRegistrar::uploadViews(const std::vector<ViewInput>& views,
+                                                            const RigidTransform& T_camera_ct_start) {
+  std::vector<View> resident;
+  for (const ViewInput& view : views) {
+    const Eigen::Vector3d centre = view.T_view_first * T_camera_ct_start * centreCt();
+    const PreparedView prepared =
+        prepareView(view, centre, engine_.volume().radiusMm() + kCropMarginMm, options_.max_image_pixels);
+    View on_device;
+    on_device.xray = engine_.upload(prepared.camera, prepared.attenuation, prepared.weight);
+    on_device.T_view_first = view.T_view_first;
+    on_device.twist_carried = twistCarriedBy(view.T_view_first);
+    resident.push_back(std::move(on_device));
+  }
+  return resident;
+}
+
+std::vector<FastRegistrar::Stage> FastRegistrar::stages(const std::vector<View>& views, bool tracking) const {
+  std::size_t levels = views.front().xray.levels.size();
+  for (const View& view : views) levels = std::min(levels, view.xray.levels.size());
+  const int coarsest = static_cast<int>(levels) - 1;
+  const int span = options_.similarity == Similarity::kGainOffset ? 0 : 2;
+  std::vector<Stage> stages;
+  if (tracking) {
+    if (coarsest >= 1) stages.push_back({1, span, 8});
+    stages.push_back({0, span, coarsest >= 1 ? 2 : 8});
+    return stages;
+  }
+  for (int level = std::min(coarsest, 2); level >= 0; --level) stages.push_back({level, span, level == 0 ? 4 : 15});
+  return stages;
+}
+
+int FastRegistrar::volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const {
+  const double depth_mm = (view.T_view_first * T_camera_ct * centreCt()).z();
+  const XrayCamera& camera = view.xray.levels[static_cast<std::size_t>(level)].camera;
+  return engine_.volume().levelFor(camera.pixelSizeAt(std::max(depth_mm, 1.0)));
+}
+
+WindowOptions FastRegistrar::windowOptions(const View& view, const Stage& stage, double robust_scale2) const {
+  WindowOptions window;
+  window.span = stage.span;
+  window.epsilon_value = kFlatPart;
+  window.epsilon_xray = kFlatPart * view.xray.deviation;
+  window.contrast = kContrastPart * view.xray.deviation;
+  window.robust_scale2 = robust_scale2;
+  return window;
+}
+
+StepSums FastRegistrar::evaluate(const std::vector<View>& views, const Stage& stage, double robust_scale2,
+                                 const RigidTransform& T_camera_ct) {
+  StepSums total;
+  for (const View& view : views) {
+    const RigidTransform T_view_ct = view.T_view_first * T_camera_ct;
+    const StepSums sums = engine_.evaluate(view.xray.levels[static_cast<std::size_t>(stage.level)],
+                                           volumeLevel(view, stage.level, T_camera_ct), {T_view_ct},
+                                           windowOptions(view, stage, robust_scale2))[0];
+    // The same motion in this camera's axes: the normal equations come back by the transpose.
+    total.matrix += view.twist_carried.transpose() * sums.matrix * view.twist_carried;
+    total.gradient += view.twist_carried.transpose() * sums.gradient;
+    total.cost += sums.cost;
+    total.weight += sums.weight;
+    total.similarity += sums.similarity * sums.content;
+    total.inlier_fraction += sums.inlier_fraction * sums.content;
+    total.content += sums.content;
+  }
+  if (total.content > 0.0) {
+    total.similarity /= total.content;
+    total.inlier_fraction /= total.content;
+  }
+  return total;
+}
+
+double FastRegistrar::robustScale(const std::vector<View>& views, const Stage& stage,
+                                  const RigidTransform& T_camera_ct) {
+  if (!options_.robust_weights || stage.span == 0) return kNotRobust;
+  std::vector<float> errors;
+  for (const View& view : views) {
+    engine_.evaluate(view.xray.levels[static_cast<std::size_t>(stage.level)],
+                     volumeLevel(view, stage.level, T_camera_ct), {view.T_view_first * T_camera_ct},
+                     windowOptions(view, stage, kNotRobust));
+    for (const float correlation : engine_.windowCorrelations()) {
+      if (correlation >= -1.0F) errors.push_back(1.0F - correlation);
+    }
+  }
+  if (errors.empty()) return kNotRobust;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  // At three times the median a window keeps a quarter of its weight.
+  return std::max(0.1, 3.0 * static_cast<double>(*middle));
+}
+
+void FastRegistrar::weighViews(std::vector<View>* views, const RigidTransform& T_camera_ct) {
+  if (!options_.truncation_weights) return;
+  for (View& view : *views) engine_.weighUnexplained(&view.xray, view.T_view_first * T_camera_ct, kUnexplainedLimit);
+}
+
+GaussNewtonResult FastRegistrar::solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
+                                            const RigidTransform& start, int steps_left) {
+  const double depth_mm = std::max((start * centreCt()).z(), 1.0);
+  const double pixel_mm = views.front().xray.levels[static_cast<std::size_t>(stage.level)].camera.pixelSizeAt(depth_mm);
+  GaussNewtonOptions solver;
+  solver.max_steps = std::max(1, std::min(stage.max_steps, steps_left));
+  solver.radius_mm = kTargetRadiusMm;
+  solver.depth_mm = depth_mm;
+  solver.stop_mm = (stage.level == 0 ? 0.02 : 0.05) * pixel_mm;
+  solver.max_untested_step_mm = stage.level == 0 ? 0.3 * pixel_mm : 0.0;
+  return minimise([&](const RigidTransform& pose) { return evaluate(views, stage, robust_scale2, pose); }, start,
+                  centreCt(), solver);
+}
+
+RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
+                                                const RigidTransform& T_camera_ct_start, bool tracking) {
+  const Clock::time_point begin = Clock::now();
+  RegistrationResult result;
+  result.T_camera_ct = T_camera_ct_start;
+  if (!hasVolume()) {
+    result.reason = "no CT is loaded";
+    return result;
+  }
+  result.reason = problemOf(inputs, T_camera_ct_start);
+  if (!result.reason.empty()) return result;
+  if (!((T_camera_ct_start * centreCt()).z() > 0.0)) {
+    result.reason = "the start pose puts the CT behind the X-ray source";
+    return result;
+  }
+
+  std::vector<View> views = uploadViews(inputs, T_camera_ct_start);
+  result.upload_ms = millisecondsSince(begin);
+
+  GaussNewtonResult solution;
+  solution.T_camera_ct = T_camera_ct_start;
+  const std::vector<Stage> plan = stages(views, tracking);
+  weighViews(&views, T_camera_ct_start);
+  double robust_scale2 = kNotRobust;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    if (i > 0 && !tracking) weighViews(&views, solution.T_camera_ct);
+    if (i > 0) robust_scale2 = robustScale(views, plan[i - 1], solution.T_camera_ct);
+    const int steps = result.iterations;
+    solution = solveStage(views, plan[i], robust_scale2, solution.T_camera_ct, options_.max_steps_per_frame - steps);
+    result.iterations += solution.steps;
+    if (solution.failed) break;
+  }
+  judge(views, plan.back(), solution, T_camera_ct_start, tracking, &result);
+  result.solve_ms = millisecondsSince(begin);
+  return result;
+}
+
+void FastRegistrar::judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
+                          const RigidTransform& start, bool tracking, RegistrationResult* result) {
+  VerdictCues cues;
+  cues.finite = solution.sums.finite() && solution.T_camera_ct.matrix().allFinite();
+  if (cues.finite) {
+    result->T_camera_ct = solution.T_camera_ct;
+    result->similarity = solution.sums.similarity;
+    result->inlier_fraction = solution.sums.inlier_fraction;
+    result->condition_number = conditionNumber(solution.sums.matrix);
+    result->residual =
+        solution.sums.weight > 0.0 ? std::sqrt(std::max(2.0 * solution.sums.cost / solution.sums.weight, 0.0)) : 0.0;
+    result->covariance = covarianceOf(views, stage, solution);
+  }
+  result->converged = solution.converged;
+  const Eigen::Vector3d centre = result->T_camera_ct * centreCt();
+  const XrayCamera& camera = views.front().xray.levels.front().camera;
+  const Eigen::Vector2d pixel = centre.z() > 0.0 ? camera.project(centre) : Eigen::Vector2d(-1e9, -1e9);
+  cues.in_view = centre.z() > 0.0 && pixel.x() > -0.5 * camera.width && pixel.x() < 1.5 * camera.width &&
+                 pixel.y() > -0.5 * camera.height && pixel.y() < 1.5 * camera.height;
+  cues.converged = solution.converged && !solution.failed;
+  cues.similarity = result->similarity;
+  cues.inlier_fraction = result->inlier_fraction;
+  cues.condition_number = result->condition_number;
+  cues.tracking = tracking;
+  cues.jump_mm = (centre - start * centreCt()).norm();
+  cues.jump_rad = rotationAngleBetween(result->T_camera_ct, start);
+  result->reason = reasonToRefuse(cues, options_.accept);
+  result->accepted = result->reason.empty();
+}
+
+Matrix6d FastRegistrar::covarianceOf(const std::vector<View>& views, const Stage& stage,
+                                     const GaussNewtonResult& solution) {
+  const StepSums& sums = solution.sums;
+  if (!(sums.weight > 0.0) || !(sums.content > 0.0)) return Matrix6d::Zero();
+  // Independent samples: pixels with CT content over the area that one residual shares with its neighbours. Windows
+  // overlap, so a pixel stands in span² of them.
+  double correlation_area = 1.0;
+  for (const View& view : views) {
+    const ResidentXray::Level& level = view.xray.levels[static_cast<std::size_t>(stage.level)];
+    const FloatImage drr = engine_.renderSomeTiles(level, volumeLevel(view, stage.level, solution.T_camera_ct),
+                                                   view.T_view_first * solution.T_camera_ct, 4);
+    correlation_area = std::max(correlation_area, residualCorrelationArea(drr, engine_.downloadXray(level)));
+  }
+  const double overlap = stage.span == 0 ? 1.0 : static_cast<double>(stage.span * stage.span);
+  const double samples = std::max(sums.weight / overlap / correlation_area, 12.0);
+  const double variance = 2.0 * sums.cost / sums.weight * samples / (samples - 6.0);
+  const Matrix6d information = sums.matrix / sums.weight * samples;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(information));
+  if (eigen.info() != Eigen::Success || !(eigen.eigenvalues()[0] > 0.0)) return Matrix6d::Zero();
+  Twist scale;
+  scale << 1.0, 1.0, 1.0, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm;
+  const Matrix6d inverse =
+      eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  return variance * (scale.asDiagonal() * inverse * scale.asDiagonal());
+}
+
+FloatImage FastRegistrar::renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) {
+  return engine_.render(camera, 0, T_camera_ct);
+}
+
+}  // namespace xray_registration

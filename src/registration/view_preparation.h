@@ -1,0 +1,19 @@
+#pragma once
+
+#include "xray_registration/registration/registrar.h"
+
+namespace xray_registration {
+
+/// A view cut to where the CT can appear and binned to what the solver can use.
+struct PreparedView {
+  XrayCamera camera;
+  FloatImage attenuation;
+  FloatImage weight;
+};
+
+/// Crops to the projection of a sphere (centre in the view's camera frame, radius with its margin), then bins until no
+/// more than `max_pixels` are left. A crop that would keep most of the image is not made.
+PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm,
+                         double max_pixels);
+
+}  // namespace xray_registration
