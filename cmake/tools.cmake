@@ -67,7 +67,8 @@ endif()
 if(CLI11_FOUND AND nlohmann_json_FOUND)
   set(benchmark ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark)
   set(benchmark_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark.cpp ${benchmark}/measure.cpp
-    ${benchmark}/paper_tables.cpp ${benchmark}/paper_tables_print.cpp ${benchmark}/report.cpp ${benchmark}/scenes.cpp
+    ${benchmark}/paper_tables.cpp ${benchmark}/paper_tables_print.cpp
+    ${benchmark}/registration_rows.cpp ${benchmark}/report.cpp ${benchmark}/scenes.cpp
     ${benchmark}/step_rows.cpp)
   if(XRAY_REGISTRATION_ROS)
     xray_tool(benchmark ROS SOURCES ${benchmark_sources} ${benchmark}/bag_rows.cpp)

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "tools/benchmark/paper_tables.h"
+#include "tools/benchmark/registration_rows.h"
 #include "tools/benchmark/report.h"
 #include "tools/benchmark/scenes.h"
 #include "tools/benchmark/step_rows.h"
@@ -62,9 +63,11 @@ void runTables(const Arguments& arguments, const std::shared_ptr<Device>& device
   const auto one = runTableOne(device, runs);
   printTableOne(std::cout, one);
   append(rows, rowsOfTableOne(one));
-  const auto two = runTableTwo(device, tableTwoPhantom(), runs);
+  const AttenuationVolume phantom = tableTwoPhantom();
+  const auto two = runTableTwo(device, phantom, runs);
   printTableTwo(std::cout, "head phantom", two);
   append(rows, rowsOfTableTwo("registration/table2/paper", two));
+  append(rows, measureRegistrations("registration/table2", device, phantom, arguments.quick ? 7 : 50));
 }
 
 void runCt(const Arguments& arguments, const std::shared_ptr<Device>& device, const Logger& logger,
@@ -79,6 +82,7 @@ void runCt(const Arguments& arguments, const std::shared_ptr<Device>& device, co
   const std::string name = std::filesystem::path(arguments.ct).filename().string();
   printTableTwo(std::cout, name, two);
   append(rows, rowsOfTableTwo("registration/table2/" + name + "/paper", two));
+  append(rows, measureRegistrations("registration/table2/" + name, device, volume, arguments.quick ? 7 : 50));
 #endif
 #ifdef XRAY_BENCHMARK_READS_BAGS
   if (arguments.bag.empty()) return;

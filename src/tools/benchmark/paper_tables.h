@@ -16,6 +16,7 @@ struct PaperRun {
   double drr_ms = 0.0;    ///< Over all iterations.
   double other_ms = 0.0;  ///< Over all iterations.
   double total_ms = 0.0;
+  std::vector<double> all_totals_ms;  ///< Of the repetitions that this one is the median of.
   int iterations = 0;
   bool converged = false;
   double angle_error_deg = 0.0;  ///< ‖θ − truth‖ / √3.
