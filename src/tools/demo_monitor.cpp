@@ -93,15 +93,18 @@ class Monitor {
     return paths;
   }
 
-  void printRow() const {
-    if (!last_) return;
-    const auto error = errors_.find(last_->header.stamp);
+  /// The newest frame that was registered; when there was none since the last row, the newest of all.
+  void printRow() {
+    const std::optional<RegistrationStatus> row = registered_ ? std::move(registered_) : last_;
+    registered_.reset();
+    if (!row) return;
+    const auto error = errors_.find(row->header.stamp);
     char text[64] = "       -          -";
     if (error != errors_.end()) {
       std::snprintf(text, sizeof text, "%8.2f   %8.2f", error->second.mtre_mm, error->second.inplane_mm);
     }
-    std::printf("%14.3f  %-16s %s   %10.3f  %7.1f  %s\n", last_->header.stamp.toSec(), stateName(last_->state), text,
-                last_->similarity, 1000.0 * last_->solve_time, last_->reason.c_str());
+    std::printf("%14.3f  %-16s %s   %10.3f  %7.1f  %s\n", row->header.stamp.toSec(), stateName(row->state), text,
+                row->similarity, 1000.0 * row->solve_time, row->reason.c_str());
     std::fflush(stdout);
   }
 
@@ -130,6 +133,7 @@ class Monitor {
   void onStatus(const RegistrationStatusConstPtr& status) {
     last_ = *status;
     if (!status->registered) return;
+    registered_ = *status;
     ++judged_;
     solve_ms_.push_back(1000.0 * status->solve_time);
     if (!status->accepted) return;
@@ -152,6 +156,7 @@ class Monitor {
   std::map<ros::Time, RigidTransform> truths_;
   std::map<ros::Time, PoseError> errors_;
   std::optional<RegistrationStatus> last_;
+  std::optional<RegistrationStatus> registered_;  ///< Not shown yet.
   std::vector<double> solve_ms_;
   std::size_t judged_ = 0;
   std::size_t accepted_ = 0;

@@ -165,12 +165,12 @@ class Simulator {
 };
 
 void run() {
+  ros::NodeHandle node;  // Before all others: when the last handle goes, roscpp shuts down.
   const SimulatorParameters parameters = readParameters(ros::NodeHandle("~"));
   const Logger logger = [](LogLevel, const std::string& text) { ROS_INFO_STREAM(text); };
   const SessionGenerator generator(loadCt(parameters.ct, logger), parameters.setup);
   Loop loop(generator, parameters.rate_hz);
   if (!ros::ok()) return;
-  ros::NodeHandle node;
   Simulator simulator(node, std::move(loop));
   ROS_INFO("publishing %zu view(s) at %.1f Hz", parameters.setup.views.size(), parameters.rate_hz);
   const ros::Timer timer = node.createTimer(ros::Duration(1.0 / parameters.rate_hz),
