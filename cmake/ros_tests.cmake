@@ -16,3 +16,17 @@ foreach(file IN LISTS files)
   file(MAKE_DIRECTORY ${cache})
   set_tests_properties(ros.${name} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT 120)
 endforeach()
+
+# With a master: the programs stand where rosrun looks, since rostest starts them by their package.
+find_package(rostest REQUIRED)
+foreach(name node sim_time two_views)
+  add_executable(${name}_rostest ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}_rostest.cpp)
+  target_compile_options(${name}_rostest PRIVATE -Wall -Wextra -Werror)
+  target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
+endforeach()
+foreach(name node nodelet sim_time two_views process)
+  # Each its own kernel cache: PoCL's is not safe against another process that writes it.
+  set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/rostest_${name})
+  file(MAKE_DIRECTORY ${cache})
+  add_rostest(test/ros/${name}.test ARGS cache:=${cache})
+endforeach()

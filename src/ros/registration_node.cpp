@@ -222,11 +222,11 @@ bool RegistrationNode::setEnabled(std_srvs::SetBool::Request& request, std_srvs:
 void RegistrationNode::serveTuning() {
   const auto serve = [this](auto* server, const char* group, const auto& start, auto* options) {
     using Server = typename std::remove_reference_t<decltype(**server)>;
-    *server = std::make_unique<Server>(ros::NodeHandle(private_node_, group));
+    *server = std::make_unique<Server>(tuning_mutex_, ros::NodeHandle(private_node_, group));
     (*server)->setConfigDefault(start);
     (*server)->updateConfig(start);
     (*server)->setCallback([this, options](auto& config, std::uint32_t level) {
-      const std::lock_guard<std::mutex> lock(tuning_mutex_);
+      const boost::recursive_mutex::scoped_lock lock(tuning_mutex_);
       apply(config, options);
       // The first call only repeats what was loaded.
       if (level != ~0U) worker_->setTuning(registrar_options_, tracker_options_);

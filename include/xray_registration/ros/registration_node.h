@@ -11,8 +11,8 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <boost/thread/recursive_mutex.hpp>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -86,7 +86,7 @@ class RegistrationNode {
   ros::Time last_now_;
   bool resubscribe_ = false;
 
-  std::mutex tuning_mutex_;
+  boost::recursive_mutex tuning_mutex_;  ///< The servers' own too: they ask for this kind.
   RegistrarOptions registrar_options_;
   TrackerOptions tracker_options_;
   std::unique_ptr<dynamic_reconfigure::Server<AcceptConfig>> accept_server_;

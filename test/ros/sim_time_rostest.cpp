@@ -1,0 +1,80 @@
+// Simulated time: a clock that jumps back and a clock that stands.
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <gtest/gtest.h>
+#include <rosgraph_msgs/Clock.h>
+
+#include <atomic>
+
+#include "node_probe.h"
+
+namespace xray_registration {
+namespace {
+
+const char* const kFrame = "xray_optical";
+
+TEST(SimulatedTime, JumpForgetsThePoseAndKeepsTheCt) {
+  ros::NodeHandle node;
+  ros::Publisher clock = node.advertise<rosgraph_msgs::Clock>("/clock", 10, true);
+  const auto setClock = [&](double seconds) {
+    rosgraph_msgs::Clock message;
+    message.clock = ros::Time(seconds);
+    clock.publish(message);
+  };
+  Scene scene("sim_time");
+  NodeProbe probe("registration", {""});
+  const auto publish = [&](double seconds) {
+    const sensor_msgs::Image image = scene.image(scene.pose(0), ros::Time(seconds), kFrame);
+    probe.publish(image, scene.info(image.header));
+    return probe.answer(image.header.stamp);
+  };
+
+  setClock(100.0);
+  ASSERT_TRUE(probe.connected());
+  ASSERT_TRUE(probe.loadCt(scene.ctPath()).success);
+  ASSERT_TRUE(probe.setPose(scene.disturbed(scene.pose(0)), kFrame).success);
+  RegistrationStatus status = publish(100.0);
+  ASSERT_TRUE(status.accepted) << status.reason;
+  EXPECT_EQ(status.state, RegistrationStatus::TRACKING);
+  setClock(100.5);
+  ASSERT_TRUE(waitFor([&] { return ros::Time::now() == ros::Time(100.5); }));
+  status = publish(100.5);
+  ASSERT_TRUE(status.accepted) << status.reason;
+
+  // The recording starts again. Frames may be lost while the subscriptions are made anew.
+  setClock(10.0);
+  double seconds = 10.0;
+  ASSERT_TRUE(waitFor([&] {
+    seconds += 0.1;
+    setClock(seconds);
+    const sensor_msgs::Image image = scene.image(scene.pose(0), ros::Time(seconds), kFrame);
+    probe.publish(image, scene.info(image.header));
+    waitFor([&] { return !probe.statuses(image.header.stamp).empty(); }, 0.5);
+    const std::vector<RegistrationStatus> answers = probe.statuses(image.header.stamp);
+    return !answers.empty() && answers[0].state == RegistrationStatus::WAITING_FOR_POSE;
+  }));
+  EXPECT_NE(probe.answer(ros::Time(seconds)).ct, "");
+
+  ASSERT_TRUE(probe.setPose(scene.disturbed(scene.pose(0)), kFrame).success);
+  seconds += 0.1;
+  setClock(seconds);
+  status = publish(seconds);
+  ASSERT_TRUE(status.accepted) << status.reason;
+  EXPECT_TRUE(waitFor([&] { return probe.transforms(status.header.stamp).size() == 1U; }));
+
+  // The clock stands still now; the node must go on telling how it is.
+  std::atomic<int> diagnostics{0};
+  const ros::Subscriber subscriber = node.subscribe<diagnostic_msgs::DiagnosticArray>(
+      "/diagnostics", 10, [&](const diagnostic_msgs::DiagnosticArrayConstPtr&) { ++diagnostics; });
+  EXPECT_TRUE(waitFor([&] { return diagnostics >= 2; }));
+}
+
+}  // namespace
+}  // namespace xray_registration
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "sim_time_rostest");
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  return RUN_ALL_TESTS();
+}
