@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -16,6 +17,7 @@
 
 #include "tools/common/command_line.h"
 #include "tools/common/disturbance.h"
+#include "tools/common/image_files.h"
 #include "tools/common/message_files.h"
 #include "tools/common/summary.h"
 #include "xray_registration/evaluation/pose_error.h"
@@ -44,6 +46,12 @@ struct Arguments {
 };
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Bones bright, as radiographs are looked at: the logarithm of what was let through, reversed.
+FloatImage asOnFilm(FloatImage transmission) {
+  for (float& value : transmission.pixels) value = -std::log(std::max(value, 1.0F));
+  return transmission;
+}
 
 const char* stateName(std::uint8_t state) { return toString(static_cast<TrackingState>(state)); }
 
@@ -82,13 +90,30 @@ class Monitor {
                             subscribePicture(arguments_.node + "/drr", "drr"),
                             subscribePicture(arguments_.node + "/overlay", "overlay")};
   }
-  bool hasPictures() const { return pictures_.size() == 3; }
+  /// The newest X-ray whose DRR and overlay have come, and these.
+  std::map<std::string, sensor_msgs::ImageConstPtr> pictures() const {
+    if (pictures_.size() < 3) return {};
+    const auto& overlays = pictures_.at("overlay");
+    for (auto overlay = overlays.rbegin(); overlay != overlays.rend(); ++overlay) {
+      std::map<std::string, sensor_msgs::ImageConstPtr> found;
+      for (const auto& [name, images] : pictures_) {
+        const auto image = images.find(overlay->first);
+        if (image != images.end()) found[name] = image->second;
+      }
+      if (found.size() == 3) return found;
+    }
+    return {};
+  }
 
   std::vector<std::string> writePictures() const {
     std::vector<std::string> paths;
-    for (const auto& [name, image] : pictures_) {
+    for (const auto& [name, image] : pictures()) {
       paths.push_back(std::filesystem::absolute(arguments_.output + "/" + name + ".png").lexically_normal());
-      writePng(paths.back(), *image);
+      if (name == "xray") {
+        writeGreyPng(paths.back(), asOnFilm(rawImage(*image).pixels));
+      } else {
+        writePng(paths.back(), *image);
+      }
     }
     return paths;
   }
@@ -119,8 +144,12 @@ class Monitor {
 
  private:
   ros::Subscriber subscribePicture(const std::string& topic, const std::string& name) {
-    return node_.subscribe<sensor_msgs::Image>(
-        topic, 1, [this, name](const sensor_msgs::ImageConstPtr& image) { pictures_[name] = image; });
+    return node_.subscribe<sensor_msgs::Image>(topic, 5, [this, name](const sensor_msgs::ImageConstPtr& image) {
+      auto& images = pictures_[name];
+      images[image->header.stamp] = image;
+      constexpr std::size_t kKept = 100;
+      if (images.size() > kKept) images.erase(images.begin());
+    });
   }
 
   void onTruth(const geometry_msgs::PoseStampedConstPtr& pose) {
@@ -151,7 +180,7 @@ class Monitor {
   ros::Subscriber status_;
   ros::Publisher start_;
   std::vector<ros::Subscriber> picture_subscribers_;
-  std::map<std::string, sensor_msgs::ImageConstPtr> pictures_;
+  std::map<std::string, std::map<ros::Time, sensor_msgs::ImageConstPtr>> pictures_;
   geometry_msgs::PoseStampedConstPtr newest_truth_;
   std::map<ros::Time, RigidTransform> truths_;
   std::map<ros::Time, PoseError> errors_;
@@ -210,7 +239,7 @@ void showTable(const Arguments& arguments, Monitor* monitor) {
     if (!monitor->bothAlive()) throw std::runtime_error("the simulator or the node ended");
     monitor->printRow();
   }
-  for (const auto end = Clock::now(); !monitor->hasPictures() && secondsSince(end) < 10.0;) listen();
+  for (const auto end = Clock::now(); monitor->pictures().empty() && secondsSince(end) < 10.0;) listen();
 }
 
 /// Prints the summary. @throws std::runtime_error when tracking failed.
@@ -235,7 +264,7 @@ void summarise(const Arguments& arguments, const Monitor& monitor) {
   if (medianOf(inplane) > arguments.max_inplane_mm || medianOf(mtre) > arguments.max_mtre_mm) {
     throw std::runtime_error("tracking failed: the poses are too far from the truth");
   }
-  if (!monitor.hasPictures()) throw std::runtime_error("the node sent no DRR or overlay");
+  if (monitor.pictures().empty()) throw std::runtime_error("the node sent no DRR or overlay");
 }
 
 void run(const Arguments& arguments) {
