@@ -31,7 +31,13 @@ struct Outcome {
 
 std::string contents(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(stream), {});
+  return std::string(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
+}
+
+/// Targets about the centre that a session's .json states.
+std::vector<Eigen::Vector3d> targetsOf(const nlohmann::json& session) {
+  const auto centre = session["centre_lps_mm"].get<std::vector<double>>();
+  return targetGrid(Eigen::Vector3d(centre.at(0), centre.at(1), centre.at(2)), 100.0);
 }
 
 /// Runs `<tool> <arguments>` in a folder of its own that goes with the process.
@@ -212,8 +218,7 @@ TEST_F(ExecutablesTest, SessionThereAndBack) {
   const auto found = nlohmann::json::parse(contents(tools().path("out.json")))["frames"];
   const auto truth = nlohmann::json::parse(contents(tools().path("session.json")));
   ASSERT_EQ(found.size(), 4U);
-  const auto centre = truth["centre_lps_mm"];
-  const auto targets = targetGrid({centre[0], centre[1], centre[2]}, 100.0);
+  const auto targets = targetsOf(truth);
   std::vector<double> inplane;
   std::size_t accepted = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -297,8 +302,7 @@ TEST_F(RecordedHead, DicomAndNiftiAgree) {
   const auto nifti = registered("head_phantom_0.9mm.nii.gz", "nifti");
   const auto dicom = registered("head_phantom_dicom_5mm", "dicom");
   ASSERT_EQ(nifti.size(), dicom.size());
-  const auto truth = nlohmann::json::parse(contents(data_ + "/sessions/head_lateral.json"))["centre_lps_mm"];
-  const auto targets = targetGrid({truth[0], truth[1], truth[2]}, 100.0);
+  const auto targets = targetsOf(nlohmann::json::parse(contents(data_ + "/sessions/head_lateral.json")));
   std::vector<double> inplane;
   for (std::size_t i = 0; i < nifti.size(); ++i) {
     if (nifti[i]["T_camera_ct"].is_null() || dicom[i]["T_camera_ct"].is_null()) continue;

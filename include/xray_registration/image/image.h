@@ -15,7 +15,8 @@ struct Image {
 
   Image() = default;
   Image(int image_width, int image_height, T value = T{})
-      : width(image_width), height(image_height),
+      : width(image_width),
+        height(image_height),
         pixels(static_cast<std::size_t>(image_width) * static_cast<std::size_t>(image_height), value) {}
 
   T& at(int u, int v) { return pixels[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + u]; }
