@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "registration/residual_statistics.h"
 #include "registration/view_preparation.h"
@@ -42,6 +43,29 @@ double conditionNumber(const Matrix6d& matrix) {
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(matrix), Eigen::EigenvaluesOnly);
   const double smallest = eigen.eigenvalues()[0];
   return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
+}
+
+/// Adds a view's sums: the same motion in this camera's axes, so the normal equations come back by the transpose.
+/// Similarity and inlier fraction are summed with the content as weight.
+void addView(const StepSums& sums, const Matrix6d& twist_carried, StepSums* total) {
+  total->matrix += twist_carried.transpose() * sums.matrix * twist_carried;
+  total->gradient += twist_carried.transpose() * sums.gradient;
+  total->cost += sums.cost;
+  total->weight += sums.weight;
+  total->similarity += sums.similarity * sums.content;
+  total->inlier_fraction += sums.inlier_fraction * sums.content;
+  total->content += sums.content;
+}
+
+/// Element `index` of the Halton sequence in `base`: fills the unit interval evenly, the same on every machine.
+double halton(int index, int base) {
+  double result = 0.0;
+  double part = 1.0;
+  for (; index > 0; index /= base) {
+    part /= base;
+    result += part * (index % base);
+  }
+  return result;
 }
 
 std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform& start) {
@@ -114,6 +138,13 @@ std::vector<FastRegistrar::Stage> FastRegistrar::stages(const std::vector<View>&
   return stages;
 }
 
+FastRegistrar::Stage FastRegistrar::searchStage(const std::vector<View>& views) const {
+  const int coarsest = stages(views, false).front().level;
+  int levels = static_cast<int>(views.front().xray.levels.size());
+  for (const View& view : views) levels = std::min(levels, static_cast<int>(view.xray.levels.size()));
+  return {std::min(coarsest + 1, levels - 1), options_.similarity == Similarity::kGainOffset ? 0 : 2, 10};
+}
+
 int FastRegistrar::volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const {
   const double depth_mm = (view.T_view_first * T_camera_ct * centreCt()).z();
   const XrayCamera& camera = view.xray.levels[static_cast<std::size_t>(level)].camera;
@@ -132,26 +163,27 @@ WindowOptions FastRegistrar::windowOptions(const View& view, const Stage& stage,
 
 StepSums FastRegistrar::evaluate(const std::vector<View>& views, const Stage& stage, double robust_scale2,
                                  const RigidTransform& T_camera_ct) {
-  StepSums total;
+  return evaluateMany(views, stage, robust_scale2, {T_camera_ct}).front();
+}
+
+std::vector<StepSums> FastRegistrar::evaluateMany(const std::vector<View>& views, const Stage& stage,
+                                                  double robust_scale2,
+                                                  const std::vector<RigidTransform>& T_camera_ct) {
+  std::vector<StepSums> totals(T_camera_ct.size());
   for (const View& view : views) {
-    const RigidTransform T_view_ct = view.T_view_first * T_camera_ct;
-    const StepSums sums = engine_.evaluate(view.xray.levels[static_cast<std::size_t>(stage.level)],
-                                           volumeLevel(view, stage.level, T_camera_ct), {T_view_ct},
-                                           windowOptions(view, stage, robust_scale2))[0];
-    // The same motion in this camera's axes: the normal equations come back by the transpose.
-    total.matrix += view.twist_carried.transpose() * sums.matrix * view.twist_carried;
-    total.gradient += view.twist_carried.transpose() * sums.gradient;
-    total.cost += sums.cost;
-    total.weight += sums.weight;
-    total.similarity += sums.similarity * sums.content;
-    total.inlier_fraction += sums.inlier_fraction * sums.content;
-    total.content += sums.content;
+    std::vector<RigidTransform> T_view_ct;
+    for (const RigidTransform& pose : T_camera_ct) T_view_ct.push_back(view.T_view_first * pose);
+    const std::vector<StepSums> sums = engine_.evaluate(view.xray.levels[static_cast<std::size_t>(stage.level)],
+                                                        volumeLevel(view, stage.level, T_camera_ct.front()), T_view_ct,
+                                                        windowOptions(view, stage, robust_scale2));
+    for (std::size_t i = 0; i < totals.size(); ++i) addView(sums[i], view.twist_carried, &totals[i]);
   }
-  if (total.content > 0.0) {
+  for (StepSums& total : totals) {
+    if (!(total.content > 0.0)) continue;
     total.similarity /= total.content;
     total.inlier_fraction /= total.content;
   }
-  return total;
+  return totals;
 }
 
 double FastRegistrar::robustScale(const std::vector<View>& views, const Stage& stage,
@@ -192,6 +224,44 @@ GaussNewtonResult FastRegistrar::solveStage(const std::vector<View>& views, cons
                   centreCt(), solver);
 }
 
+RigidTransform FastRegistrar::searchAround(const std::vector<View>& views, const Stage& stage,
+                                           const RigidTransform& start, int* steps) {
+  // Many poses ranked by cost, the best few refined side by side.
+  constexpr int kRefined = 8;
+  constexpr int kBases[6] = {2, 3, 5, 7, 11, 13};
+  std::vector<RigidTransform> poses = {start};
+  for (int i = 1; i <= options_.search_poses; ++i) {
+    Twist offset;
+    for (int axis = 0; axis < 6; ++axis) {
+      const double range = axis < 3 ? options_.search_translation_mm : options_.search_rotation_rad;
+      offset[axis] = range * (2.0 * halton(i, kBases[axis]) - 1.0);
+    }
+    poses.push_back(updatedPose(start, offset, start * centreCt()));
+  }
+  const std::vector<StepSums> ranked = evaluateMany(views, stage, kNotRobust, poses);
+  std::vector<std::size_t> order(poses.size());
+  std::iota(order.begin(), order.end(), 0);
+  // The start itself always takes part.
+  std::stable_sort(order.begin() + 1, order.end(),
+                   [&](std::size_t a, std::size_t b) { return ranked[a].cost < ranked[b].cost; });
+  std::vector<RigidTransform> best;
+  for (std::size_t i = 0; i < std::min<std::size_t>(kRefined, order.size()); ++i) best.push_back(poses[order[i]]);
+
+  const double depth_mm = std::max((start * centreCt()).z(), 1.0);
+  GaussNewtonOptions solver;
+  solver.max_steps = 10;
+  solver.radius_mm = kTargetRadiusMm;
+  solver.depth_mm = depth_mm;
+  solver.stop_mm = 0.05 * views.front().xray.levels[static_cast<std::size_t>(stage.level)].camera.pixelSizeAt(depth_mm);
+  const std::vector<GaussNewtonResult> refined = minimiseMany(
+      [&](const std::vector<RigidTransform>& batch) { return evaluateMany(views, stage, kNotRobust, batch); }, best,
+      centreCt(), solver);
+  const auto winner = std::min_element(refined.begin(), refined.end(),
+                                       [](const auto& a, const auto& b) { return a.sums.cost < b.sums.cost; });
+  *steps += winner->steps;
+  return winner->T_camera_ct;
+}
+
 RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
                                                 const RigidTransform& T_camera_ct_start, bool tracking) {
   const Clock::time_point begin = Clock::now();
@@ -216,6 +286,10 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   const std::vector<Stage> plan = stages(views, tracking);
   weighViews(&views, T_camera_ct_start);
   double robust_scale2 = kNotRobust;
+  if (!tracking && options_.search) {
+    solution.T_camera_ct = searchAround(views, searchStage(views), T_camera_ct_start, &result.iterations);
+    weighViews(&views, solution.T_camera_ct);
+  }
   for (std::size_t i = 0; i < plan.size(); ++i) {
     if (i > 0 && !tracking) weighViews(&views, solution.T_camera_ct);
     if (i > 0) robust_scale2 = robustScale(views, plan[i - 1], solution.T_camera_ct);

@@ -40,53 +40,84 @@ bool dampedStep(const StepSums& sums, double damping, Twist* step) {
   return step->allFinite();
 }
 
-GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,
-                           const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options) {
-  GaussNewtonResult result;
-  result.T_camera_ct = T_camera_ct_start;
-  result.sums = objective(T_camera_ct_start);
-  result.steps = 1;
-  double damping = options.initial_damping;
-  double growth = 2.0;
-  while (true) {
-    Twist step;
-    if (!dampedStep(result.sums, damping, &step)) {
-      result.failed = true;
-      return result;
-    }
-    shorten(&step, options);
-    const double motion_mm = imageMotionMm(step, options);
-    if (motion_mm < options.stop_mm) {
-      result.converged = true;
-      return result;
-    }
-    if (result.steps >= options.max_steps) {
-      if (motion_mm < options.max_untested_step_mm) {
-        result.T_camera_ct = updatedPose(result.T_camera_ct, step, result.T_camera_ct * centre_ct_mm);
-        result.converged = true;
-      }
-      return result;
-    }
-    const RigidTransform moved = updatedPose(result.T_camera_ct, step, result.T_camera_ct * centre_ct_mm);
-    const StepSums sums = objective(moved);
-    ++result.steps;
-    const double predicted = -(sums.finite() ? step.dot(result.sums.gradient + 0.5 * result.sums.matrix * step) : 0.0);
-    const double achieved = result.sums.cost - sums.cost;
-    if (sums.finite() && achieved > 0.0) {
-      const double ratio = predicted > 0.0 ? achieved / predicted : 1.0;
-      damping = std::max(damping * std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * std::min(ratio, 1.0) - 1.0, 3)), 1e-6);
-      growth = 2.0;
-      result.T_camera_ct = moved;
-      result.sums = sums;
-    } else {
-      damping *= growth;
-      growth *= 2.0;
-      if (damping > 1e6) {
-        result.converged = true;  // No direction leads down: the pose is a minimum to rounding.
-        return result;
-      }
+DampedDescent::DampedDescent(const RigidTransform& T_camera_ct_start, const Eigen::Vector3d& centre_ct_mm,
+                             const GaussNewtonOptions& options)
+    : options_(options), centre_ct_mm_(centre_ct_mm), candidate_(T_camera_ct_start), damping_(options.initial_damping) {
+  result_.T_camera_ct = T_camera_ct_start;
+}
+
+void DampedDescent::observe(const StepSums& sums) {
+  const bool first = result_.steps == 0;
+  ++result_.steps;
+  const double achieved = result_.sums.cost - sums.cost;
+  if (first) {
+    result_.sums = sums;
+  } else if (sums.finite() && achieved > 0.0) {
+    const double predicted = -step_.dot(result_.sums.gradient + 0.5 * result_.sums.matrix * step_);
+    const double ratio = predicted > 0.0 ? std::min(achieved / predicted, 1.0) : 1.0;
+    damping_ = std::max(damping_ * std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * ratio - 1.0, 3)), 1e-6);
+    growth_ = 2.0;
+    result_.T_camera_ct = candidate_;
+    result_.sums = sums;
+  } else {
+    damping_ *= growth_;
+    growth_ *= 2.0;
+    if (damping_ > 1e6) {  // No direction leads down: a minimum to rounding.
+      result_.converged = true;
+      done_ = true;
+      return;
     }
   }
+  propose();
+}
+
+void DampedDescent::propose() {
+  if (!dampedStep(result_.sums, damping_, &step_)) {
+    result_.failed = true;
+    done_ = true;
+    return;
+  }
+  shorten(&step_, options_);
+  const double motion_mm = imageMotionMm(step_, options_);
+  candidate_ = updatedPose(result_.T_camera_ct, step_, result_.T_camera_ct * centre_ct_mm_);
+  if (motion_mm < options_.stop_mm) {
+    result_.converged = true;
+    done_ = true;
+  } else if (result_.steps >= options_.max_steps) {
+    if (motion_mm < options_.max_untested_step_mm) {
+      result_.T_camera_ct = candidate_;
+      result_.converged = true;
+    }
+    done_ = true;
+  }
+}
+
+GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,
+                           const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options) {
+  DampedDescent descent(T_camera_ct_start, centre_ct_mm, options);
+  while (!descent.done()) descent.observe(objective(descent.nextPose()));
+  return descent.result();
+}
+
+std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, const std::vector<RigidTransform>& starts,
+                                            const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options) {
+  std::vector<DampedDescent> descents;
+  for (const RigidTransform& start : starts) descents.emplace_back(start, centre_ct_mm, options);
+  while (true) {
+    std::vector<RigidTransform> poses;
+    std::vector<DampedDescent*> waiting;
+    for (DampedDescent& descent : descents) {
+      if (descent.done()) continue;
+      poses.push_back(descent.nextPose());
+      waiting.push_back(&descent);
+    }
+    if (waiting.empty()) break;
+    const std::vector<StepSums> sums = objective(poses);
+    for (std::size_t i = 0; i < waiting.size(); ++i) waiting[i]->observe(sums[i]);
+  }
+  std::vector<GaussNewtonResult> results;
+  for (const DampedDescent& descent : descents) results.push_back(descent.result());
+  return results;
 }
 
 }  // namespace xray_registration

@@ -46,14 +46,19 @@ class FastRegistrar : public Registrar {
 
   std::vector<View> uploadViews(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start);
   std::vector<Stage> stages(const std::vector<View>& views, bool tracking) const;
+  Stage searchStage(const std::vector<View>& views) const;
   int volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const;
   WindowOptions windowOptions(const View& view, const Stage& stage, double robust_scale2) const;
   StepSums evaluate(const std::vector<View>& views, const Stage& stage, double robust_scale2,
                     const RigidTransform& T_camera_ct);
+  std::vector<StepSums> evaluateMany(const std::vector<View>& views, const Stage& stage, double robust_scale2,
+                                     const std::vector<RigidTransform>& T_camera_ct);
   double robustScale(const std::vector<View>& views, const Stage& stage, const RigidTransform& T_camera_ct);
   void weighViews(std::vector<View>* views, const RigidTransform& T_camera_ct);
   GaussNewtonResult solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
                                const RigidTransform& start, int steps_left);
+  RigidTransform searchAround(const std::vector<View>& views, const Stage& stage, const RigidTransform& start,
+                              int* steps);
   void judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
              const RigidTransform& start, bool tracking, RegistrationResult* result);
   Matrix6d covarianceOf(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution);

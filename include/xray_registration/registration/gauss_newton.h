@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "xray_registration/drr/engine.h"
 
@@ -29,14 +30,45 @@ struct GaussNewtonResult {
   int steps = 0;           ///< Evaluations of the objective.
 };
 
-/// The objective at a pose; the twist is about `centre_ct`, in the first camera's axes.
+/// Gauss-Newton with Levenberg-Marquardt damping, one step at a time: whoever drives it evaluates the objective at
+/// nextPose() and hands the sums to observe(), so that many descents can share one launch. The damping follows the
+/// ratio of achieved to predicted decrease (K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least
+/// squares problems", 2004, 3.2). One evaluation a step gives cost, gradient and matrix; the cost never increases.
+class DampedDescent {
+ public:
+  /// The twist is about `centre_ct_mm`, in the camera's axes.
+  DampedDescent(const RigidTransform& T_camera_ct_start, const Eigen::Vector3d& centre_ct_mm,
+                const GaussNewtonOptions& options);
+
+  bool done() const { return done_; }
+  const RigidTransform& nextPose() const { return candidate_; }
+  void observe(const StepSums& sums);
+  const GaussNewtonResult& result() const { return result_; }
+
+ private:
+  void propose();
+
+  GaussNewtonOptions options_;
+  Eigen::Vector3d centre_ct_mm_;
+  GaussNewtonResult result_;
+  RigidTransform candidate_;
+  Twist step_ = Twist::Zero();
+  double damping_;
+  double growth_ = 2.0;
+  bool done_ = false;
+};
+
+/// The objective at a pose; the twist is about `centre_ct_mm`, in the first camera's axes.
 using Objective = std::function<StepSums(const RigidTransform& T_camera_ct)>;
 
-/// Gauss-Newton with Levenberg-Marquardt damping: the damping follows the ratio of achieved to predicted decrease
-/// (K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least squares problems", 2004, 3.2). One evaluation
-/// a step gives cost, gradient and matrix. The cost never increases.
 GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,
                            const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options);
+
+/// The same from many starts side by side, one batch of evaluations a step.
+using BatchObjective = std::function<std::vector<StepSums>(const std::vector<RigidTransform>& T_camera_ct)>;
+
+std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, const std::vector<RigidTransform>& starts,
+                                            const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options);
 
 /// The damped step -(A + λ diag A)⁻¹ g, or nothing when the matrix is not positive definite or not finite.
 bool dampedStep(const StepSums& sums, double damping, Twist* step);

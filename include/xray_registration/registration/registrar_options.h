@@ -27,6 +27,10 @@ struct RegistrarOptions {
   // Fast method.
   int max_steps_per_frame = 60;     ///< Budget over all levels and views: bounds the latency.
   double max_image_pixels = 65536;  ///< A view (cropped to where the CT can be) is binned until it has no more pixels.
+  bool search = true;               ///< Without an accepted neighbour: search around the start before the descent.
+  double search_rotation_rad = 0.22;
+  double search_translation_mm = 22.0;
+  int search_poses = 96;
   bool robust_weights = true;
   bool truncation_weights = true;
 
