@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "registration/residual_statistics.h"
@@ -31,6 +32,8 @@ constexpr double kFlatPart = 0.005;
 /// Deviation, as part of the image's own, at which a window counts half.
 constexpr double kContrastPart = 0.2;
 constexpr double kNotRobust = 1e6;
+/// Pixels of CT shadow that a level needs: half a dozen tiles, or windows hold more of the rest than of the CT.
+constexpr double kSmallestShadow = 400.0;
 
 /// The scale of the normal matrix: rotation as motion at the target radius.
 Matrix6d scaledToTargets(const Matrix6d& matrix) {
@@ -43,6 +46,18 @@ double conditionNumber(const Matrix6d& matrix) {
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(matrix), Eigen::EigenvaluesOnly);
   const double smallest = eigen.eigenvalues()[0];
   return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
+}
+
+/// Mean motion of points on the target sphere between two poses, in the camera's x and y.
+double inPlaneDistance(const RigidTransform& a, const RigidTransform& b, const Eigen::Vector3d& centre_ct) {
+  double sum = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      const Eigen::Vector3d target = centre_ct + side * kTargetRadiusMm * Eigen::Vector3d::Unit(axis);
+      sum += (a * target - b * target).head<2>().norm();
+    }
+  }
+  return sum / 6.0;
 }
 
 /// Adds a view's sums: the same motion in this camera's axes, so the normal equations come back by the transpose.
@@ -123,26 +138,31 @@ std::vector<FastRegistrar::View> FastRegistrar::uploadViews(const std::vector<Vi
   return resident;
 }
 
-std::vector<FastRegistrar::Stage> FastRegistrar::stages(const std::vector<View>& views, bool tracking) const {
-  std::size_t levels = views.front().xray.levels.size();
-  for (const View& view : views) levels = std::min(levels, view.xray.levels.size());
-  const int coarsest = static_cast<int>(levels) - 1;
-  const int span = options_.similarity == Similarity::kGainOffset ? 0 : 2;
-  std::vector<Stage> stages;
-  if (tracking) {
-    if (coarsest >= 1) stages.push_back({1, span, 8});
-    stages.push_back({0, span, coarsest >= 1 ? 2 : 8});
-    return stages;
+int FastRegistrar::coarsestLevel(const std::vector<View>& views, const RigidTransform& T_camera_ct) {
+  int coarsest = std::numeric_limits<int>::max();
+  for (const View& view : views) {
+    int level = static_cast<int>(view.xray.levels.size()) - 1;
+    const FloatImage drr = engine_.render(view.xray.levels[static_cast<std::size_t>(level)].camera,
+                                          volumeLevel(view, level, T_camera_ct), view.T_view_first * T_camera_ct);
+    double pixels = static_cast<double>(
+        std::count_if(drr.pixels.begin(), drr.pixels.end(), [](float value) { return value > 0.0F; }));
+    for (; level > 0 && pixels < kSmallestShadow; --level) pixels *= 4.0;
+    coarsest = std::min(coarsest, level);
   }
-  for (int level = std::min(coarsest, 2); level >= 0; --level) stages.push_back({level, span, level == 0 ? 4 : 15});
-  return stages;
+  return coarsest;
 }
 
-FastRegistrar::Stage FastRegistrar::searchStage(const std::vector<View>& views) const {
-  const int coarsest = stages(views, false).front().level;
-  int levels = static_cast<int>(views.front().xray.levels.size());
-  for (const View& view : views) levels = std::min(levels, static_cast<int>(view.xray.levels.size()));
-  return {std::min(coarsest + 1, levels - 1), options_.similarity == Similarity::kGainOffset ? 0 : 2, 10};
+std::vector<FastRegistrar::Stage> FastRegistrar::stages(int coarsest, bool tracking) const {
+  const int span = windowSpan();
+  if (tracking) {
+    if (coarsest < 1) return {{0, span, 8}};
+    return {{1, span, 8}, {0, span, 2}};
+  }
+  std::vector<Stage> stages;
+  // The search has already been on the coarsest level.
+  const int first = options_.search && coarsest > 1 ? coarsest - 1 : coarsest;
+  for (int level = first; level >= 0; --level) stages.push_back({level, span, level == 0 ? 8 : 15});
+  return stages;
 }
 
 int FastRegistrar::volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const {
@@ -225,12 +245,12 @@ GaussNewtonResult FastRegistrar::solveStage(const std::vector<View>& views, cons
 }
 
 RigidTransform FastRegistrar::searchAround(const std::vector<View>& views, const Stage& stage,
-                                           const RigidTransform& start, int* steps) {
+                                           const RigidTransform& start, int first_index, int* steps) {
   // Many poses ranked by cost, the best few refined side by side.
-  constexpr int kRefined = 8;
+  constexpr std::size_t kRefined = 8;
   constexpr int kBases[6] = {2, 3, 5, 7, 11, 13};
   std::vector<RigidTransform> poses = {start};
-  for (int i = 1; i <= options_.search_poses; ++i) {
+  for (int i = first_index; i < first_index + options_.search_poses; ++i) {
     Twist offset;
     for (int axis = 0; axis < 6; ++axis) {
       const double range = axis < 3 ? options_.search_translation_mm : options_.search_rotation_rad;
@@ -245,7 +265,7 @@ RigidTransform FastRegistrar::searchAround(const std::vector<View>& views, const
   std::stable_sort(order.begin() + 1, order.end(),
                    [&](std::size_t a, std::size_t b) { return ranked[a].cost < ranked[b].cost; });
   std::vector<RigidTransform> best;
-  for (std::size_t i = 0; i < std::min<std::size_t>(kRefined, order.size()); ++i) best.push_back(poses[order[i]]);
+  for (std::size_t i = 0; i < std::min(kRefined, order.size()); ++i) best.push_back(poses[order[i]]);
 
   const double depth_mm = std::max((start * centreCt()).z(), 1.0);
   GaussNewtonOptions solver;
@@ -260,6 +280,33 @@ RigidTransform FastRegistrar::searchAround(const std::vector<View>& views, const
                                        [](const auto& a, const auto& b) { return a.sums.cost < b.sums.cost; });
   *steps += winner->steps;
   return winner->T_camera_ct;
+}
+
+GaussNewtonResult FastRegistrar::descend(std::vector<View>* views, const std::vector<Stage>& plan, bool weigh_again,
+                                         const RigidTransform& start, int* steps) {
+  GaussNewtonResult solution;
+  solution.T_camera_ct = start;
+  const int budget = *steps + options_.max_steps_per_frame;
+  double robust_scale2 = kNotRobust;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    if (i > 0 && weigh_again) weighViews(views, solution.T_camera_ct);
+    if (i > 0) robust_scale2 = robustScale(*views, plan[i - 1], solution.T_camera_ct);
+    solution = solveStage(*views, plan[i], robust_scale2, solution.T_camera_ct, budget - *steps);
+    *steps += solution.steps;
+    if (solution.failed) break;
+  }
+  return solution;
+}
+
+GaussNewtonResult FastRegistrar::searchAndDescend(std::vector<View>* views, int coarsest, const RigidTransform& start,
+                                                  int first_index, int* steps) {
+  weighViews(views, start);
+  RigidTransform pose = start;
+  if (options_.search) {
+    pose = searchAround(*views, {coarsest, windowSpan(), 10}, start, first_index, steps);
+    weighViews(views, pose);
+  }
+  return descend(views, stages(coarsest, false), true, pose, steps);
 }
 
 RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
@@ -281,31 +328,34 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   std::vector<View> views = uploadViews(inputs, T_camera_ct_start);
   result.upload_ms = millisecondsSince(begin);
 
+  const int coarsest = coarsestLevel(views, T_camera_ct_start);
   GaussNewtonResult solution;
-  solution.T_camera_ct = T_camera_ct_start;
-  const std::vector<Stage> plan = stages(views, tracking);
-  weighViews(&views, T_camera_ct_start);
-  double robust_scale2 = kNotRobust;
-  if (!tracking && options_.search) {
-    solution.T_camera_ct = searchAround(views, searchStage(views), T_camera_ct_start, &result.iterations);
-    weighViews(&views, solution.T_camera_ct);
+  double disagreement_mm = -1.0;
+  if (tracking) {
+    weighViews(&views, T_camera_ct_start);
+    solution = descend(&views, stages(coarsest, true), false, T_camera_ct_start, &result.iterations);
+  } else {
+    solution = searchAndDescend(&views, coarsest, T_camera_ct_start, 1, &result.iterations);
+    if (options_.search && solution.sums.similarity < options_.accept.sure_similarity) {
+      // Other poses, around the same start: a right answer is found twice, a wrong one rarely.
+      const GaussNewtonResult second =
+          searchAndDescend(&views, coarsest, T_camera_ct_start, 1 + options_.search_poses, &result.iterations);
+      disagreement_mm = inPlaneDistance(solution.T_camera_ct, second.T_camera_ct, centreCt());
+      const bool better = !second.failed && second.sums.similarity > solution.sums.similarity;
+      if (better) solution = second;
+    }
   }
-  for (std::size_t i = 0; i < plan.size(); ++i) {
-    if (i > 0 && !tracking) weighViews(&views, solution.T_camera_ct);
-    if (i > 0) robust_scale2 = robustScale(views, plan[i - 1], solution.T_camera_ct);
-    const int steps = result.iterations;
-    solution = solveStage(views, plan[i], robust_scale2, solution.T_camera_ct, options_.max_steps_per_frame - steps);
-    result.iterations += solution.steps;
-    if (solution.failed) break;
-  }
-  judge(views, plan.back(), solution, T_camera_ct_start, tracking, &result);
+  judge(views, {0, windowSpan(), 0}, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
   result.solve_ms = millisecondsSince(begin);
   return result;
 }
 
 void FastRegistrar::judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
-                          const RigidTransform& start, bool tracking, RegistrationResult* result) {
+                          const RigidTransform& start, bool tracking, double disagreement_mm,
+                          RegistrationResult* result) {
   VerdictCues cues;
+  cues.has_second_solve = disagreement_mm >= 0.0;
+  cues.disagreement_mm = disagreement_mm;
   cues.finite = solution.sums.finite() && solution.T_camera_ct.matrix().allFinite();
   if (cues.finite) {
     result->T_camera_ct = solution.T_camera_ct;

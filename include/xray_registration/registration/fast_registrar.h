@@ -45,8 +45,10 @@ class FastRegistrar : public Registrar {
   };
 
   std::vector<View> uploadViews(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start);
-  std::vector<Stage> stages(const std::vector<View>& views, bool tracking) const;
-  Stage searchStage(const std::vector<View>& views) const;
+  int windowSpan() const { return options_.similarity == Similarity::kGainOffset ? 0 : 2; }
+  /// The coarsest X-ray level on which the CT still has a shadow of some size.
+  int coarsestLevel(const std::vector<View>& views, const RigidTransform& T_camera_ct);
+  std::vector<Stage> stages(int coarsest, bool tracking) const;
   int volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const;
   WindowOptions windowOptions(const View& view, const Stage& stage, double robust_scale2) const;
   StepSums evaluate(const std::vector<View>& views, const Stage& stage, double robust_scale2,
@@ -58,9 +60,13 @@ class FastRegistrar : public Registrar {
   GaussNewtonResult solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
                                const RigidTransform& start, int steps_left);
   RigidTransform searchAround(const std::vector<View>& views, const Stage& stage, const RigidTransform& start,
-                              int* steps);
+                              int first_index, int* steps);
+  GaussNewtonResult descend(std::vector<View>* views, const std::vector<Stage>& plan, bool weigh_again,
+                            const RigidTransform& start, int* steps);
+  GaussNewtonResult searchAndDescend(std::vector<View>* views, int coarsest, const RigidTransform& start,
+                                     int first_index, int* steps);
   void judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
-             const RigidTransform& start, bool tracking, RegistrationResult* result);
+             const RigidTransform& start, bool tracking, double disagreement_mm, RegistrationResult* result);
   Matrix6d covarianceOf(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution);
 
   std::shared_ptr<Device> device_;
