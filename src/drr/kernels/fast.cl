@@ -548,12 +548,15 @@ void windows(__global const float* tile_sums_in, const int tiles_x, const int ti
     // Gradient of e.
     terms[(21 + i) * RAYS + lid] = -slope * inv_x * inv_v * (grad_x - cov * grad_v[i] * inv_v2);
   }
+  // Gauss-Newton of two unit vectors' distance, times the correlation: that is the curvature of 1 - correlation where
+  // the window does not match well, and without it the steps there are too short.
+  const float curvature = slope * inv_v2 * clamp(correlation, 0.1f, 1.0f);
   int term = 0;
   for (int i = 0; i < 6; ++i) {
     for (int j = i; j < 6; ++j) {
       const float cov_g = s[PAIR(3 + i, 3 + j)] * inv_n - mean_g[i] * mean_g[j];
       const float normalisation = grad_v[i] * grad_v[j] * inv_v2 * (2.0f - var_v * inv_v2);
-      terms[term * RAYS + lid] = slope * inv_v2 * (cov_g - normalisation);
+      terms[term * RAYS + lid] = curvature * (cov_g - normalisation);
       ++term;
     }
   }
