@@ -23,3 +23,9 @@ catkin_package(
   INCLUDE_DIRS include
   LIBRARIES xray_registration_core xray_registration_ros
   CATKIN_DEPENDS message_runtime ${xray_catkin_components})
+
+# A devel space inside the package, as in a plain checkout, needs help with rosrun; a workspace's does not.
+string(FIND "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_SOURCE_DIR}/build/" devel_inside_package)
+if(devel_inside_package EQUAL 0)
+  catkin_add_env_hooks(99.xray_registration SHELLS sh DIRECTORY cmake/env-hooks SKIP_INSTALL)
+endif()
