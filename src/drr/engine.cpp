@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "drr/pose_parameters.h"
 
@@ -192,14 +193,17 @@ void Engine::restoreWeights(ResidentXray* xray) {
   });
 }
 
-void Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit) {
-  guarded(*device_, "weighing the X-ray", [&] {
+double Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit) {
+  return guarded(*device_, "weighing the X-ray", [&]() -> double {
     cl::CommandQueue& queue = device_->solveQueue();
     const XrayCamera& camera = xray->levels.front().camera;
     const int level_index = volume_->levelFor(kMapVoxelMm);
     const ResidentLevel& ct = level(level_index);
     const cl_int cut_faces = sideFaces(ct, camera, T_camera_ct);
-    if (cut_faces == 0) return restoreWeights(xray);
+    if (cut_faces == 0) {
+      restoreWeights(xray);
+      return 1.0;
+    }
     const int map_width = camera.width / kMapStep + 2;
     const int map_height = camera.height / kMapStep + 2;
     const float radius =
@@ -229,7 +233,9 @@ void Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera
     apply.setArg(7, xray->levels.front().weight);
     queue.enqueueNDRangeKernel(apply, cl::NullRange, paddedRange(camera.width * camera.height), cl::NDRange(kRays));
     halveAll(xray);
-    queue.finish();
+    std::vector<float> factors(static_cast<std::size_t>(map_width * map_height));
+    queue.enqueueReadBuffer(map_.buffer, CL_TRUE, 0, sizeof(float) * factors.size(), factors.data());
+    return std::accumulate(factors.begin(), factors.end(), 0.0) / static_cast<double>(factors.size());
   });
 }
 

@@ -225,9 +225,18 @@ double FastRegistrar::robustScale(const std::vector<View>& views, const Stage& s
   return std::max(0.1, 3.0 * static_cast<double>(*middle));
 }
 
-void FastRegistrar::weighViews(std::vector<View>* views, const RigidTransform& T_camera_ct) {
-  if (!options_.truncation_weights) return;
-  for (View& view : *views) engine_.weighUnexplained(&view.xray, view.T_view_first * T_camera_ct, kUnexplainedLimit);
+bool FastRegistrar::weighViews(std::vector<View>* views, bool leave_out_unexplained,
+                               const RigidTransform& T_camera_ct) {
+  constexpr double kNoticed = 0.98;
+  bool noticed = false;
+  for (View& view : *views) {
+    if (leave_out_unexplained) {
+      noticed |= engine_.weighUnexplained(&view.xray, view.T_view_first * T_camera_ct, kUnexplainedLimit) < kNoticed;
+    } else {
+      engine_.restoreWeights(&view.xray);
+    }
+  }
+  return noticed;
 }
 
 GaussNewtonResult FastRegistrar::solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
@@ -282,31 +291,55 @@ RigidTransform FastRegistrar::searchAround(const std::vector<View>& views, const
   return winner->T_camera_ct;
 }
 
-GaussNewtonResult FastRegistrar::descend(std::vector<View>* views, const std::vector<Stage>& plan, bool weigh_again,
-                                         const RigidTransform& start, int* steps) {
-  GaussNewtonResult solution;
-  solution.T_camera_ct = start;
+GaussNewtonResult FastRegistrar::descend(std::vector<View>* views, const std::vector<Stage>& plan, bool leave_out,
+                                         const GaussNewtonResult& start, int* steps) {
+  GaussNewtonResult solution = start;
   const int budget = *steps + options_.max_steps_per_frame;
-  double robust_scale2 = kNotRobust;
+  double robust_scale2 = start.robust_scale2;
   for (std::size_t i = 0; i < plan.size(); ++i) {
-    if (i > 0 && weigh_again) weighViews(views, solution.T_camera_ct);
+    if (i > 0 && leave_out) weighViews(views, true, solution.T_camera_ct);
     if (i > 0) robust_scale2 = robustScale(*views, plan[i - 1], solution.T_camera_ct);
     solution = solveStage(*views, plan[i], robust_scale2, solution.T_camera_ct, budget - *steps);
+    solution.robust_scale2 = robust_scale2;
     *steps += solution.steps;
     if (solution.failed) break;
   }
   return solution;
 }
 
-GaussNewtonResult FastRegistrar::searchAndDescend(std::vector<View>* views, int coarsest, const RigidTransform& start,
-                                                  int first_index, int* steps) {
-  weighViews(views, start);
-  RigidTransform pose = start;
+FastRegistrar::Attempt FastRegistrar::attempt(std::vector<View>* views, int coarsest, bool leave_out,
+                                              const RigidTransform& start, int first_index, int* steps) {
+  Attempt attempt;
+  attempt.leave_out = leave_out;
+  attempt.noticed = weighViews(views, leave_out, start);
+  GaussNewtonResult found;
+  found.T_camera_ct = start;
   if (options_.search) {
-    pose = searchAround(*views, {coarsest, windowSpan(), 10}, start, first_index, steps);
-    weighViews(views, pose);
+    found.T_camera_ct = searchAround(*views, {coarsest, windowSpan(), 10}, start, first_index, steps);
+    attempt.noticed |= weighViews(views, leave_out, found.T_camera_ct);
   }
-  return descend(views, stages(coarsest, false), true, pose, steps);
+  std::vector<Stage> plan = stages(coarsest, false);
+  if (plan.size() > 1) plan.pop_back();
+  attempt.solution = descend(views, plan, leave_out, found, steps);
+  return attempt;
+}
+
+FastRegistrar::Attempt FastRegistrar::searchAndDescend(std::vector<View>* views, int coarsest,
+                                                       const RigidTransform& start, int first_index, int* steps) {
+  Attempt best = attempt(views, coarsest, options_.truncation_weights, start, first_index, steps);
+  if (best.noticed) {
+    // Whether the X-ray shows the cut as the CT does (a specimen, a phantom) or a body that goes on is not known
+    // before: what matches better tells.
+    const Attempt whole = attempt(views, coarsest, false, start, first_index, steps);
+    if (!whole.solution.failed && whole.solution.sums.similarity > best.solution.sums.similarity) best = whole;
+  }
+  weighViews(views, best.leave_out, best.solution.T_camera_ct);
+  const std::vector<Stage> plan = stages(coarsest, false);
+  if (plan.size() > 1 && !best.solution.failed) {
+    best.solution.robust_scale2 = robustScale(*views, plan[plan.size() - 2], best.solution.T_camera_ct);
+    best.solution = descend(views, {plan.back()}, best.leave_out, best.solution, steps);
+  }
+  return best;
 }
 
 RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
@@ -332,18 +365,20 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   GaussNewtonResult solution;
   double disagreement_mm = -1.0;
   if (tracking) {
-    weighViews(&views, T_camera_ct_start);
-    solution = descend(&views, stages(coarsest, true), false, T_camera_ct_start, &result.iterations);
+    weighViews(&views, leave_out_unexplained_, T_camera_ct_start);
+    solution.T_camera_ct = T_camera_ct_start;
+    solution = descend(&views, stages(coarsest, true), false, solution, &result.iterations);
   } else {
-    solution = searchAndDescend(&views, coarsest, T_camera_ct_start, 1, &result.iterations);
-    if (options_.search && solution.sums.similarity < options_.accept.sure_similarity) {
+    Attempt found = searchAndDescend(&views, coarsest, T_camera_ct_start, 1, &result.iterations);
+    if (options_.search && found.solution.sums.similarity < options_.accept.sure_similarity) {
       // Other poses, around the same start: a right answer is found twice, a wrong one rarely.
-      const GaussNewtonResult second =
+      const Attempt second =
           searchAndDescend(&views, coarsest, T_camera_ct_start, 1 + options_.search_poses, &result.iterations);
-      disagreement_mm = inPlaneDistance(solution.T_camera_ct, second.T_camera_ct, centreCt());
-      const bool better = !second.failed && second.sums.similarity > solution.sums.similarity;
-      if (better) solution = second;
+      disagreement_mm = inPlaneDistance(found.solution.T_camera_ct, second.solution.T_camera_ct, centreCt());
+      if (!second.solution.failed && second.solution.sums.similarity > found.solution.sums.similarity) found = second;
     }
+    solution = found.solution;
+    leave_out_unexplained_ = found.leave_out;
   }
   judge(views, {0, windowSpan(), 0}, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
   result.solve_ms = millisecondsSince(begin);
@@ -377,6 +412,8 @@ void FastRegistrar::judge(const std::vector<View>& views, const Stage& stage, co
   cues.inlier_fraction = result->inlier_fraction;
   cues.condition_number = result->condition_number;
   cues.tracking = tracking;
+  // A search knows how far it looked; what the descent found far outside is another optimum.
+  cues.search_range_mm = tracking ? 0.0 : 3.0 * options_.search_translation_mm;
   cues.jump_mm = (centre - start * centreCt()).norm();
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, start);
   result->reason = reasonToRefuse(cues, options_.accept);

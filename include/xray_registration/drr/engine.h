@@ -67,7 +67,8 @@ class Engine {
 
   /// Lowers the weights where rays leave the CT through a cut face with tissue on it (the body goes on, the CT does
   /// not), smoothly, as seen from a pose; `limit` is the line integral of unexplained tissue that halves a weight.
-  void weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit);
+  /// Returns the mean factor over the image: 1 when every ray is explained.
+  double weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit);
 
   /// Back to the weights as uploaded.
   void restoreWeights(ResidentXray* xray);

@@ -44,6 +44,13 @@ class FastRegistrar : public Registrar {
     int max_steps = 10;
   };
 
+  /// A solution, and whether rays that the CT cannot explain were left out for it.
+  struct Attempt {
+    GaussNewtonResult solution;
+    bool leave_out = false;
+    bool noticed = false;  ///< Leaving them out changed weights.
+  };
+
   std::vector<View> uploadViews(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start);
   int windowSpan() const { return options_.similarity == Similarity::kGainOffset ? 0 : 2; }
   /// The coarsest X-ray level on which the CT still has a shadow of some size.
@@ -56,15 +63,18 @@ class FastRegistrar : public Registrar {
   std::vector<StepSums> evaluateMany(const std::vector<View>& views, const Stage& stage, double robust_scale2,
                                      const std::vector<RigidTransform>& T_camera_ct);
   double robustScale(const std::vector<View>& views, const Stage& stage, const RigidTransform& T_camera_ct);
-  void weighViews(std::vector<View>* views, const RigidTransform& T_camera_ct);
+  /// Weights as seen from a pose; returns whether any view lost rays.
+  bool weighViews(std::vector<View>* views, bool leave_out_unexplained, const RigidTransform& T_camera_ct);
   GaussNewtonResult solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
                                const RigidTransform& start, int steps_left);
   RigidTransform searchAround(const std::vector<View>& views, const Stage& stage, const RigidTransform& start,
                               int first_index, int* steps);
-  GaussNewtonResult descend(std::vector<View>* views, const std::vector<Stage>& plan, bool weigh_again,
-                            const RigidTransform& start, int* steps);
-  GaussNewtonResult searchAndDescend(std::vector<View>* views, int coarsest, const RigidTransform& start,
-                                     int first_index, int* steps);
+  GaussNewtonResult descend(std::vector<View>* views, const std::vector<Stage>& plan, bool leave_out,
+                            const GaussNewtonResult& start, int* steps);
+  Attempt attempt(std::vector<View>* views, int coarsest, bool leave_out, const RigidTransform& start, int first_index,
+                  int* steps);
+  Attempt searchAndDescend(std::vector<View>* views, int coarsest, const RigidTransform& start, int first_index,
+                           int* steps);
   void judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
              const RigidTransform& start, bool tracking, double disagreement_mm, RegistrationResult* result);
   Matrix6d covarianceOf(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution);
@@ -73,6 +83,7 @@ class FastRegistrar : public Registrar {
   RegistrarOptions options_;
   Logger logger_;
   Engine engine_;
+  bool leave_out_unexplained_ = true;  ///< As the last cold start found it.
 };
 
 }  // namespace xray_registration

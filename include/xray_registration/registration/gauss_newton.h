@@ -24,10 +24,11 @@ struct GaussNewtonOptions {
 
 struct GaussNewtonResult {
   RigidTransform T_camera_ct = RigidTransform::Identity();
-  StepSums sums;           ///< At the result.
-  bool converged = false;  ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
-  bool failed = false;     ///< Singular, or not finite: the pose is the best one before it.
-  int steps = 0;           ///< Evaluations of the objective.
+  StepSums sums;               ///< At the result.
+  bool converged = false;      ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
+  bool failed = false;         ///< Singular, or not finite: the pose is the best one before it.
+  int steps = 0;               ///< Evaluations of the objective.
+  double robust_scale2 = 1e6;  ///< That the objective was made with; for whoever goes on from here.
 };
 
 /// Gauss-Newton with Levenberg-Marquardt damping, one step at a time: whoever drives it evaluates the objective at

@@ -17,6 +17,7 @@ struct VerdictCues {
   bool tracking = false;  ///< The start came from an accepted neighbour, so the jump means something.
   double jump_mm = 0.0;   ///< CT centre, from the start.
   double jump_rad = 0.0;
+  double search_range_mm = 0.0;  ///< Cold starts: further from the start than this is outside the search; 0: no bound.
   bool has_second_solve = false;
   double disagreement_mm = 0.0;  ///< Between the solves, in-plane, over the CT's box.
 };
