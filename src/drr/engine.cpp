@@ -146,6 +146,8 @@ ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera) {
       sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   level.attenuation = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
   level.weight = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+  level.contrast =
+      cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(float) * static_cast<std::size_t>(level.tiles()));
   level.used_tiles =
       cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(cl_int) * static_cast<std::size_t>(level.tiles()));
   return level;
@@ -153,13 +155,29 @@ ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera) {
 
 void Engine::markUsedTiles(ResidentXray::Level* level) {
   cl::Kernel& kernel = kernels(1).used_tiles;
-  kernel.setArg(0, level->weight);
-  kernel.setArg(1, level->camera.width);
-  kernel.setArg(2, level->camera.height);
-  kernel.setArg(3, level->tiles_x);
-  kernel.setArg(4, level->tiles());
-  kernel.setArg(5, level->used_tiles);
+  kernel.setArg(0, level->attenuation);
+  kernel.setArg(1, level->weight);
+  kernel.setArg(2, level->camera.width);
+  kernel.setArg(3, level->camera.height);
+  kernel.setArg(4, level->tiles_x);
+  kernel.setArg(5, level->tiles());
+  kernel.setArg(6, level->used_tiles);
+  kernel.setArg(7, level->contrast);
   device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, paddedRange(level->tiles()), cl::NDRange(kRays));
+}
+
+void Engine::keepContrastTiles(ResidentXray::Level* level, double part) {
+  guarded(*device_, "choosing tiles", [&] {
+    const auto count = static_cast<std::size_t>(level->tiles());
+    std::vector<float> contrast(count);
+    device_->solveQueue().enqueueReadBuffer(level->contrast, CL_TRUE, 0, sizeof(float) * count, contrast.data());
+    std::vector<float> sorted = contrast;
+    const auto threshold = sorted.begin() + static_cast<std::ptrdiff_t>((1.0 - part) * static_cast<double>(count - 1));
+    std::nth_element(sorted.begin(), threshold, sorted.end());
+    std::vector<cl_int> used(count);
+    for (std::size_t i = 0; i < count; ++i) used[i] = contrast[i] > 0.0F && contrast[i] >= *threshold ? 1 : 0;
+    device_->solveQueue().enqueueWriteBuffer(level->used_tiles, CL_TRUE, 0, sizeof(cl_int) * count, used.data());
+  });
 }
 
 void Engine::halve(const ResidentXray::Level& fine, ResidentXray::Level* half) {

@@ -32,6 +32,9 @@ constexpr double kFlatPart = 0.005;
 /// Deviation, as part of the image's own, at which a window counts half.
 constexpr double kContrastPart = 0.2;
 constexpr double kNotRobust = 1e6;
+/// Share of the finest level's tiles that a tracked frame uses, and its evaluations there.
+constexpr double kTrackedTiles = 0.5;
+constexpr int kFinestTrackedSteps = 1;
 /// Pixels of CT shadow that a level needs: half a dozen tiles, or windows hold more of the rest than of the CT.
 constexpr double kSmallestShadow = 400.0;
 
@@ -152,12 +155,8 @@ int FastRegistrar::coarsestLevel(const std::vector<View>& views, const RigidTran
   return coarsest;
 }
 
-std::vector<FastRegistrar::Stage> FastRegistrar::stages(int coarsest, bool tracking) const {
+std::vector<FastRegistrar::Stage> FastRegistrar::stages(int coarsest) const {
   const int span = windowSpan();
-  if (tracking) {
-    if (coarsest < 1) return {{0, span, 8}};
-    return {{1, span, 8}, {0, span, 2}};
-  }
   std::vector<Stage> stages;
   // The search has already been on the coarsest level.
   const int first = options_.search && coarsest > 1 ? coarsest - 1 : coarsest;
@@ -307,6 +306,23 @@ GaussNewtonResult FastRegistrar::descend(std::vector<View>* views, const std::ve
   return solution;
 }
 
+GaussNewtonResult FastRegistrar::track(std::vector<View>* views, const RigidTransform& start, int* steps) {
+  if (leave_out_unexplained_) weighViews(views, true, start);
+  GaussNewtonResult solution;
+  solution.T_camera_ct = start;
+  if (coarsest_level_ >= 1) {
+    solution = solveStage(*views, {1, windowSpan(), 8}, robust_scale2_, start, options_.max_steps_per_frame);
+    *steps += solution.steps;
+    if (solution.failed) return solution;
+    for (View& view : *views) engine_.keepContrastTiles(&view.xray.levels.front(), kTrackedTiles);
+  }
+  const int finest_steps = coarsest_level_ >= 1 ? kFinestTrackedSteps : 8;
+  solution = solveStage(*views, {0, windowSpan(), finest_steps}, robust_scale2_, solution.T_camera_ct,
+                        options_.max_steps_per_frame - *steps);
+  *steps += solution.steps;
+  return solution;
+}
+
 FastRegistrar::Attempt FastRegistrar::attempt(std::vector<View>* views, int coarsest, bool leave_out,
                                               const RigidTransform& start, int first_index, int* steps) {
   Attempt attempt;
@@ -318,7 +334,7 @@ FastRegistrar::Attempt FastRegistrar::attempt(std::vector<View>* views, int coar
     found.T_camera_ct = searchAround(*views, {coarsest, windowSpan(), 10}, start, first_index, steps);
     attempt.noticed |= weighViews(views, leave_out, found.T_camera_ct);
   }
-  std::vector<Stage> plan = stages(coarsest, false);
+  std::vector<Stage> plan = stages(coarsest);
   if (plan.size() > 1) plan.pop_back();
   attempt.solution = descend(views, plan, leave_out, found, steps);
   return attempt;
@@ -334,7 +350,7 @@ FastRegistrar::Attempt FastRegistrar::searchAndDescend(std::vector<View>* views,
     if (!whole.solution.failed && whole.solution.sums.similarity > best.solution.sums.similarity) best = whole;
   }
   weighViews(views, best.leave_out, best.solution.T_camera_ct);
-  const std::vector<Stage> plan = stages(coarsest, false);
+  const std::vector<Stage> plan = stages(coarsest);
   if (plan.size() > 1 && !best.solution.failed) {
     best.solution.robust_scale2 = robustScale(*views, plan[plan.size() - 2], best.solution.T_camera_ct);
     best.solution = descend(views, {plan.back()}, best.leave_out, best.solution, steps);
@@ -361,14 +377,12 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   std::vector<View> views = uploadViews(inputs, T_camera_ct_start);
   result.upload_ms = millisecondsSince(begin);
 
-  const int coarsest = coarsestLevel(views, T_camera_ct_start);
   GaussNewtonResult solution;
   double disagreement_mm = -1.0;
   if (tracking) {
-    weighViews(&views, leave_out_unexplained_, T_camera_ct_start);
-    solution.T_camera_ct = T_camera_ct_start;
-    solution = descend(&views, stages(coarsest, true), false, solution, &result.iterations);
+    solution = track(&views, T_camera_ct_start, &result.iterations);
   } else {
+    const int coarsest = coarsestLevel(views, T_camera_ct_start);
     Attempt found = searchAndDescend(&views, coarsest, T_camera_ct_start, 1, &result.iterations);
     if (options_.search && found.solution.sums.similarity < options_.accept.sure_similarity) {
       // Other poses, around the same start: a right answer is found twice, a wrong one rarely.
@@ -379,6 +393,8 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
     }
     solution = found.solution;
     leave_out_unexplained_ = found.leave_out;
+    coarsest_level_ = coarsest;
+    robust_scale2_ = solution.robust_scale2;
   }
   judge(views, {0, windowSpan(), 0}, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
   result.solve_ms = millisecondsSince(begin);

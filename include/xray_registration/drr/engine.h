@@ -16,8 +16,9 @@ struct ResidentXray {
   struct Level {
     XrayCamera camera;
     cl::Buffer attenuation;
-    cl::Buffer weight;  ///< 0 … 1 per pixel; 0 leaves it out.
-    cl::Buffer used_tiles;
+    cl::Buffer weight;      ///< 0 … 1 per pixel; 0 leaves it out.
+    cl::Buffer used_tiles;  ///< Per tile, 0 leaves it out.
+    cl::Buffer contrast;    ///< Per tile, variance of the X-ray.
     int tiles_x = 0;
     int tiles_y = 0;
     int tiles() const { return tiles_x * tiles_y; }
@@ -72,6 +73,10 @@ class Engine {
 
   /// Back to the weights as uploaded.
   void restoreWeights(ResidentXray* xray);
+
+  /// Uses only the `part` of a level's tiles in which the X-ray varies most: they carry nearly all information, and the
+  /// march costs by the tile. Weighing anew brings all tiles back.
+  void keepContrastTiles(ResidentXray::Level* level, double part);
 
   /// A level's attenuation, back on the host.
   FloatImage downloadXray(const ResidentXray::Level& xray);

@@ -55,7 +55,7 @@ class FastRegistrar : public Registrar {
   int windowSpan() const { return options_.similarity == Similarity::kGainOffset ? 0 : 2; }
   /// The coarsest X-ray level on which the CT still has a shadow of some size.
   int coarsestLevel(const std::vector<View>& views, const RigidTransform& T_camera_ct);
-  std::vector<Stage> stages(int coarsest, bool tracking) const;
+  std::vector<Stage> stages(int coarsest) const;
   int volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const;
   WindowOptions windowOptions(const View& view, const Stage& stage, double robust_scale2) const;
   StepSums evaluate(const std::vector<View>& views, const Stage& stage, double robust_scale2,
@@ -69,6 +69,7 @@ class FastRegistrar : public Registrar {
                                const RigidTransform& start, int steps_left);
   RigidTransform searchAround(const std::vector<View>& views, const Stage& stage, const RigidTransform& start,
                               int first_index, int* steps);
+  GaussNewtonResult track(std::vector<View>* views, const RigidTransform& start, int* steps);
   GaussNewtonResult descend(std::vector<View>* views, const std::vector<Stage>& plan, bool leave_out,
                             const GaussNewtonResult& start, int* steps);
   Attempt attempt(std::vector<View>* views, int coarsest, bool leave_out, const RigidTransform& start, int first_index,
@@ -83,7 +84,10 @@ class FastRegistrar : public Registrar {
   RegistrarOptions options_;
   Logger logger_;
   Engine engine_;
-  bool leave_out_unexplained_ = true;  ///< As the last cold start found it.
+  // What the last cold start found, for the frames that are tracked from it.
+  bool leave_out_unexplained_ = true;
+  int coarsest_level_ = 0;
+  double robust_scale2_ = 1e6;
 };
 
 }  // namespace xray_registration

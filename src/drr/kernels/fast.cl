@@ -444,7 +444,7 @@ void tile_sums(__global const uint* volume, const Grid grid, __global const floa
       const int ray = first_ray + r;
       const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
       const int pixel = min(row, height - 1) * width + min(column, width - 1);
-      const float w = weight[pixel] * (float)((column < width) & (row < height));
+      const float w = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);
       const float intensity = xray[pixel] - xray_ref;
       DERIVATIVES_OF_RAY
       vectors[ray] = 1.0f;
@@ -597,17 +597,24 @@ __kernel void halve_xray(__global const float* xray, __global const float* weigh
   half_weight[i] = total_weight >= 2.0f ? 0.25f * total_weight : 0.0f;
 }
 
-// Whether any pixel of a tile has weight.
-__kernel void used_tiles(__global const float* weight, const int width, const int height, const int tiles_x,
-                         const int tiles, __global int* used) {
+// Whether any pixel of a tile has weight, and how much the X-ray varies in it.
+__kernel void used_tiles(__global const float* xray, __global const float* weight, const int width, const int height,
+                         const int tiles_x, const int tiles, __global int* used, __global float* contrast) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;
   const int2 origin = tile_origin(tile, tiles_x);
-  int any = 0;
+  const float reference = xray[origin.y * width + origin.x];
+  float n = 0.0f, sum = 0.0f, sum2 = 0.0f;
   for (int v = origin.y; v < min(origin.y + TILE, height); ++v) {
-    for (int u = origin.x; u < min(origin.x + TILE, width); ++u) any |= weight[v * width + u] > 0.0f;
+    for (int u = origin.x; u < min(origin.x + TILE, width); ++u) {
+      const float w = weight[v * width + u], x = xray[v * width + u] - reference;
+      n += w;
+      sum += w * x;
+      sum2 += w * x * x;
+    }
   }
-  used[tile] = any;
+  used[tile] = n > 0.0f;
+  contrast[tile] = n > 0.0f ? fmax(sum2 / n - sum * sum / (n * n), 0.0f) : 0.0f;
 }
 
 // ---------------------------------------------------------------------------------------------------------------
