@@ -125,14 +125,29 @@ TEST_F(SimulatedSession, TheSameTrialGivesTheSameBits) {
   }
 }
 
-TEST_F(SimulatedSession, AWrongPlaceIsNotAccepted) {
-  const EvaluationFrame truth = frame(0, {0.0});
-  // From the other side of the head: nothing near this start explains the X-ray.
-  Twist far = Twist::Zero();
-  far(4) = 3.14159265358979323846 / 2.0;
-  const RigidTransform start = updatedPose(truth.T_camera_ct_true, far, truth.T_camera_ct_true * centre());
-  const RegistrationResult result = registrar()->registerFrame(truth.views, start, false);
-  EXPECT_FALSE(result.accepted);
+TEST_F(SimulatedSession, AnXrayOfSomethingElseIsNotAccepted) {
+  const AttenuationVolume pelvis = toAttenuation(pelvisPhantom(4.0), AttenuationModel{});
+  const RigidTransform T_camera_pelvis = posed(pelvis.grid.centreCt(), 0.0);
+  const RigidTransform start = posed(centre(), 0.0);
+  std::mt19937_64 random(5);
+  ViewInput view;
+  view.camera = camera();
+  view.attenuation = attenuationOf(simulateXray(pelvis, T_camera_pelvis, camera(), XrayPhysics{}, &random));
+  const RegistrationResult result = registrar()->registerFrame({view}, start, false);
+  EXPECT_FALSE(result.accepted) << "similarity " << result.similarity;
+  EXPECT_FALSE(result.reason.empty());
+  EXPECT_TRUE(result.T_camera_ct.matrix().allFinite());
+}
+
+TEST_F(SimulatedSession, NoiseAloneIsNotAccepted) {
+  const RigidTransform start = posed(centre(), 0.0);
+  std::mt19937_64 random(6);
+  ViewInput view;
+  view.camera = camera();
+  view.attenuation = FloatImage(camera().width, camera().height);
+  for (float& pixel : view.attenuation.pixels) pixel = static_cast<float>(random() >> 11U) * 0x1.0p-53F;
+  const RegistrationResult result = registrar()->registerFrame({view}, start, false);
+  EXPECT_FALSE(result.accepted) << "similarity " << result.similarity;
   EXPECT_FALSE(result.reason.empty());
   EXPECT_TRUE(result.T_camera_ct.matrix().allFinite());
 }
