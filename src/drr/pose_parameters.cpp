@@ -43,8 +43,7 @@ PoseParameters poseParameters(const ResidentLevel& level, const XrayCamera& came
   const Eigen::Matrix3d direction = G * camera_from_pixel;
 
   const Eigen::Vector3d box_centre(level.grid.centre[0], level.grid.centre[1], level.grid.centre[2]);
-  const Eigen::Vector3d source =
-      level.index_from_ct * (T_camera_ct.inverse().translation()).eval() - box_centre;
+  const Eigen::Vector3d source = level.index_from_ct * (T_camera_ct.inverse().translation()).eval() - box_centre;
   Eigen::Matrix3d cross;
   for (int column = 0; column < 3; ++column) cross.col(column) = source.cross(direction.col(column));
 

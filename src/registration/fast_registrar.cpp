@@ -32,6 +32,8 @@ constexpr double kFlatPart = 0.005;
 /// Deviation, as part of the image's own, at which a window counts half.
 constexpr double kContrastPart = 0.2;
 constexpr double kNotRobust = 1e6;
+/// Pixels of a whole image, in units of max_image_pixels, however small the CT's shadow in it is.
+constexpr double kMostPixels = 50.0;
 /// Share of the finest level's tiles that a tracked frame uses, and its evaluations there.
 constexpr double kTrackedTiles = 0.5;
 constexpr int kFinestTrackedSteps = 1;
@@ -125,13 +127,32 @@ void FastRegistrar::setVolume(const AttenuationVolume& volume) {
           std::to_string(engine_.volume().bytes() >> 20U) + " MiB");
 }
 
+int FastRegistrar::binningFor(const ViewInput& view, const RigidTransform& T_view_ct) {
+  const double pixels = static_cast<double>(view.camera.width) * view.camera.height;
+  if (pixels <= options_.max_image_pixels) return 1;
+  // The march costs by the pixel that has CT behind it, so a small bone in a large image is seen finely.
+  constexpr int kPreviewSide = 64;
+  const int preview = std::max(1, std::min(view.camera.width, view.camera.height) / kPreviewSide);
+  const XrayCamera camera = view.camera.binned(preview);
+  const double depth_mm = std::max((T_view_ct * centreCt()).z(), 1.0);
+  const FloatImage drr = engine_.render(camera, engine_.volume().levelFor(camera.pixelSizeAt(depth_mm)), T_view_ct);
+  const auto covered = std::count_if(drr.pixels.begin(), drr.pixels.end(), [](float value) { return value > 0.0F; });
+  const double shadow = static_cast<double>(covered) * preview * preview;
+  // Nor is there anything to see far below the voxels' size, or in an image that takes longer to bin than to register.
+  const double finest_useful_mm = 0.3 * engine_.volume().levels().front().spacing_mm;
+  const double factor = std::max({std::sqrt(shadow / options_.max_image_pixels),
+                                  std::sqrt(pixels / (kMostPixels * options_.max_image_pixels)),
+                                  finest_useful_mm / view.camera.pixelSizeAt(depth_mm)});
+  return std::max(1, static_cast<int>(std::ceil(factor - 1e-9)));
+}
+
 std::vector<FastRegistrar::View> FastRegistrar::uploadViews(const std::vector<ViewInput>& views,
                                                             const RigidTransform& T_camera_ct_start) {
   std::vector<View> resident;
   for (const ViewInput& view : views) {
     const Eigen::Vector3d centre = view.T_view_first * T_camera_ct_start * centreCt();
-    const PreparedView prepared =
-        prepareView(view, centre, engine_.volume().radiusMm() + kCropMarginMm, options_.max_image_pixels);
+    const PreparedView prepared = prepareView(view, centre, engine_.volume().radiusMm() + kCropMarginMm,
+                                              binningFor(view, view.T_view_first * T_camera_ct_start));
     View on_device;
     on_device.xray = engine_.upload(prepared.camera, prepared.attenuation, prepared.weight);
     on_device.T_view_first = view.T_view_first;
@@ -298,8 +319,10 @@ GaussNewtonResult FastRegistrar::descend(std::vector<View>* views, const std::ve
   for (std::size_t i = 0; i < plan.size(); ++i) {
     if (i > 0 && leave_out) weighViews(views, true, solution.T_camera_ct);
     if (i > 0) robust_scale2 = robustScale(*views, plan[i - 1], solution.T_camera_ct);
+    const double coarser_similarity = solution.sums.similarity;
     solution = solveStage(*views, plan[i], robust_scale2, solution.T_camera_ct, budget - *steps);
     solution.robust_scale2 = robust_scale2;
+    solution.coarser_similarity = coarser_similarity;
     *steps += solution.steps;
     if (solution.failed) break;
   }
@@ -316,9 +339,11 @@ GaussNewtonResult FastRegistrar::track(std::vector<View>* views, const RigidTran
     if (solution.failed) return solution;
     for (View& view : *views) engine_.keepContrastTiles(&view.xray.levels.front(), kTrackedTiles);
   }
+  const double coarser_similarity = solution.sums.similarity;
   const int finest_steps = coarsest_level_ >= 1 ? kFinestTrackedSteps : 8;
   solution = solveStage(*views, {0, windowSpan(), finest_steps}, robust_scale2_, solution.T_camera_ct,
                         options_.max_steps_per_frame - *steps);
+  solution.coarser_similarity = coarser_similarity;
   *steps += solution.steps;
   return solution;
 }
@@ -358,6 +383,29 @@ FastRegistrar::Attempt FastRegistrar::searchAndDescend(std::vector<View>* views,
   return best;
 }
 
+FastRegistrar::Attempt FastRegistrar::confirmedSearch(std::vector<View>* views, const RigidTransform& start,
+                                                      double* disagreement_mm, int* steps) {
+  // Other poses around the same start, and a finer level: a right answer is found twice, a wrong one rarely.
+  constexpr int kMostAttempts = 3;
+  std::vector<Attempt> attempts;
+  std::size_t best = 0;
+  for (int i = 0; i < kMostAttempts; ++i) {
+    const int coarsest = i == 0 ? coarsest_level_ : std::max(coarsest_level_ - 1, 0);
+    attempts.push_back(searchAndDescend(views, coarsest, start, 1 + i * options_.search_poses, steps));
+    const GaussNewtonResult& latest = attempts.back().solution;
+    if (!latest.failed && latest.sums.similarity > attempts[best].solution.sums.similarity) best = attempts.size() - 1;
+    if (!options_.search || attempts[best].solution.sums.similarity >= options_.accept.sure_similarity) break;
+    *disagreement_mm = std::numeric_limits<double>::max();
+    for (std::size_t other = 0; other < attempts.size(); ++other) {
+      if (other == best) continue;
+      *disagreement_mm = std::min(*disagreement_mm, inPlaneDistance(attempts[best].solution.T_camera_ct,
+                                                                    attempts[other].solution.T_camera_ct, centreCt()));
+    }
+    if (*disagreement_mm <= options_.accept.max_disagreement_mm) break;
+  }
+  return attempts[best];
+}
+
 RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
                                                 const RigidTransform& T_camera_ct_start, bool tracking) {
   const Clock::time_point begin = Clock::now();
@@ -382,18 +430,10 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   if (tracking) {
     solution = track(&views, T_camera_ct_start, &result.iterations);
   } else {
-    const int coarsest = coarsestLevel(views, T_camera_ct_start);
-    Attempt found = searchAndDescend(&views, coarsest, T_camera_ct_start, 1, &result.iterations);
-    if (options_.search && found.solution.sums.similarity < options_.accept.sure_similarity) {
-      // Other poses, around the same start: a right answer is found twice, a wrong one rarely.
-      const Attempt second =
-          searchAndDescend(&views, coarsest, T_camera_ct_start, 1 + options_.search_poses, &result.iterations);
-      disagreement_mm = inPlaneDistance(found.solution.T_camera_ct, second.solution.T_camera_ct, centreCt());
-      if (!second.solution.failed && second.solution.sums.similarity > found.solution.sums.similarity) found = second;
-    }
+    coarsest_level_ = coarsestLevel(views, T_camera_ct_start);
+    const Attempt found = confirmedSearch(&views, T_camera_ct_start, &disagreement_mm, &result.iterations);
     solution = found.solution;
     leave_out_unexplained_ = found.leave_out;
-    coarsest_level_ = coarsest;
     robust_scale2_ = solution.robust_scale2;
   }
   judge(views, {0, windowSpan(), 0}, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
@@ -410,7 +450,7 @@ void FastRegistrar::judge(const std::vector<View>& views, const Stage& stage, co
   cues.finite = solution.sums.finite() && solution.T_camera_ct.matrix().allFinite();
   if (cues.finite) {
     result->T_camera_ct = solution.T_camera_ct;
-    result->similarity = solution.sums.similarity;
+    result->similarity = std::max(solution.sums.similarity, solution.coarser_similarity);
     result->inlier_fraction = solution.sums.inlier_fraction;
     result->condition_number = conditionNumber(solution.sums.matrix);
     result->residual =

@@ -62,7 +62,7 @@ FloatImage weightsOf(const MaskImage& mask) {
 }  // namespace
 
 PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm,
-                         double max_pixels) {
+                         int binning) {
   const Window window = windowAround(view.camera, centre_camera_mm, radius_mm);
   const bool whole = window.width == view.camera.width && window.height == view.camera.height;
   PreparedView prepared;
@@ -70,13 +70,11 @@ PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_ca
   prepared.attenuation = whole ? view.attenuation : cropped(view.attenuation, window);
   MaskImage mask =
       view.mask.empty() ? MaskImage(window.width, window.height, 1) : (whole ? view.mask : cropped(view.mask, window));
-  const double pixels = static_cast<double>(window.width) * window.height;
-  const int factor = static_cast<int>(std::ceil(std::sqrt(pixels / max_pixels) - 1e-9));
-  if (factor > 1) {
+  if (binning > 1) {
     FloatImage binned;
     MaskImage binned_mask;
-    binImage(prepared.attenuation, mask, factor, &binned, &binned_mask);
-    prepared.camera = prepared.camera.binned(factor);
+    binImage(prepared.attenuation, mask, binning, &binned, &binned_mask);
+    prepared.camera = prepared.camera.binned(binning);
     prepared.attenuation = std::move(binned);
     mask = std::move(binned_mask);
   }

@@ -11,9 +11,8 @@ struct PreparedView {
   FloatImage weight;
 };
 
-/// Crops to the projection of a sphere (centre in the view's camera frame, radius with its margin), then bins until no
-/// more than `max_pixels` are left. A crop that would keep most of the image is not made.
-PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm,
-                         double max_pixels);
+/// Crops to the projection of a sphere (centre in the view's camera frame, radius with its margin), then bins. A crop
+/// that would keep most of the image is not made.
+PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm, int binning);
 
 }  // namespace xray_registration

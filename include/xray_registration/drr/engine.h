@@ -46,7 +46,7 @@ struct StepSums {
   double cost = 0.0;
   double weight = 0.0;           ///< Σ importance: cost / weight is a mean in 0 … 2.
   double similarity = 0.0;       ///< Mean local normalised correlation over windows with CT content.
-  double inlier_fraction = 0.0;  ///< Share of that content in windows that the robust weight keeps.
+  double inlier_fraction = 0.0;  ///< Share of that content in windows that correlate well enough to show the CT.
   double content = 0.0;          ///< Pixels with CT content.
   bool finite() const;
 };

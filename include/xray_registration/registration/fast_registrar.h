@@ -51,6 +51,7 @@ class FastRegistrar : public Registrar {
     bool noticed = false;  ///< Leaving them out changed weights.
   };
 
+  int binningFor(const ViewInput& view, const RigidTransform& T_view_ct);
   std::vector<View> uploadViews(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start);
   int windowSpan() const { return options_.similarity == Similarity::kGainOffset ? 0 : 2; }
   /// The coarsest X-ray level on which the CT still has a shadow of some size.
@@ -76,6 +77,7 @@ class FastRegistrar : public Registrar {
                   int* steps);
   Attempt searchAndDescend(std::vector<View>* views, int coarsest, const RigidTransform& start, int first_index,
                            int* steps);
+  Attempt confirmedSearch(std::vector<View>* views, const RigidTransform& start, double* disagreement_mm, int* steps);
   void judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
              const RigidTransform& start, bool tracking, double disagreement_mm, RegistrationResult* result);
   Matrix6d covarianceOf(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution);

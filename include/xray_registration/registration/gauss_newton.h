@@ -24,11 +24,12 @@ struct GaussNewtonOptions {
 
 struct GaussNewtonResult {
   RigidTransform T_camera_ct = RigidTransform::Identity();
-  StepSums sums;               ///< At the result.
-  bool converged = false;      ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
-  bool failed = false;         ///< Singular, or not finite: the pose is the best one before it.
-  int steps = 0;               ///< Evaluations of the objective.
-  double robust_scale2 = 1e6;  ///< That the objective was made with; for whoever goes on from here.
+  StepSums sums;                     ///< At the result.
+  bool converged = false;            ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
+  bool failed = false;               ///< Singular, or not finite: the pose is the best one before it.
+  int steps = 0;                     ///< Evaluations of the objective.
+  double robust_scale2 = 1e6;        ///< That the objective was made with; for whoever goes on from here.
+  double coarser_similarity = -1.0;  ///< At the end of the stage before: noise hides less there.
 };
 
 /// Gauss-Newton with Levenberg-Marquardt damping, one step at a time: whoever drives it evaluates the objective at

@@ -25,11 +25,11 @@ struct RegistrationResult {
   bool accepted = false;
   std::string reason;  ///< Why not accepted, in plain words; empty when accepted.
   bool converged = false;
-  int iterations = 0;                      ///< Gauss-Newton steps over all levels.
-  double similarity = 0.0;                 ///< Mean local normalised correlation, −1…1.
-  double residual = 0.0;                   ///< Root mean square of the weighted residual of the last level.
-  double inlier_fraction = 0.0;            ///< Share of the pixels with CT behind them that kept their weight.
-  double condition_number = 0.0;           ///< Of the normal matrix, rotation scaled by the target radius.
+  int iterations = 0;             ///< Gauss-Newton steps over all levels.
+  double similarity = 0.0;        ///< Mean local normalised correlation, −1…1.
+  double residual = 0.0;          ///< Root mean square of the weighted residual of the last level.
+  double inlier_fraction = 0.0;   ///< Share of the CT's shadow that is recognised: windows that correlate well.
+  double condition_number = 0.0;  ///< Of the normal matrix, rotation scaled by the target radius.
   Matrix6d covariance = Matrix6d::Zero();  ///< [mm; rad], translation then rotation about the CT centre, camera axes.
   double solve_ms = 0.0;
   double upload_ms = 0.0;

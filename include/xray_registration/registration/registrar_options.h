@@ -12,7 +12,7 @@ enum class Similarity { kLocalNormalised, kGainOffset };
 struct AcceptOptions {
   double min_similarity = 0.5;
   double sure_similarity = 0.75;  ///< Below it, a cold start is solved a second time and both must agree.
-  double min_inlier_fraction = 0.4;
+  double min_inlier_fraction = 0.3;
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
@@ -26,9 +26,9 @@ struct RegistrarOptions {
   AcceptOptions accept;
 
   // Fast method.
-  int max_steps_per_frame = 60;     ///< Budget over all levels and views: bounds the latency.
-  double max_image_pixels = 65536;  ///< A view (cropped to where the CT can be) is binned until it has no more pixels.
-  bool search = true;               ///< Without an accepted neighbour: search around the start before the descent.
+  int max_steps_per_frame = 60;      ///< Budget over all levels and views: bounds the latency.
+  double max_image_pixels = 100000;  ///< A view is binned until no more of its pixels have CT behind them.
+  bool search = true;                ///< Without an accepted neighbour: search around the start before the descent.
   double search_rotation_rad = 0.22;
   double search_translation_mm = 22.0;
   int search_poses = 96;

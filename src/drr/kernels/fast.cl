@@ -483,6 +483,9 @@ void tile_sums(__global const uint* volume, const Grid grid, __global const floa
 // Windows of span_x × span_y tiles, one work-item each: local normalised correlation, its exact gradient, its Gauss-Newton
 // matrix. docs/design.md has the formulae. terms: 0…20 upper triangle of A, 21…26 b, 27 cost, 28 weight,
 // 29 weight · correlation, 30 weight of inlier windows, 31 windows.
+// A window that correlates better than this shows the CT.
+#define INLIER_CORRELATION 0.4f
+
 #define PAIR(i, j) ((i) * VECTOR - (i) * ((i) - 1) / 2 + (j) - (i))
 
 __kernel __attribute__((reqd_work_group_size(RAYS, 1, 1)))
@@ -565,7 +568,7 @@ void windows(__global const float* tile_sums_in, const int tiles_x, const int ti
   terms[27 * RAYS + lid] = importance * e * shrink;
   terms[28 * RAYS + lid] = importance;
   terms[29 * RAYS + lid] = counts ? n * content * correlation : 0.0f;
-  terms[30 * RAYS + lid] = counts ? n * content * (shrink > 0.5f ? 1.0f : 0.0f) : 0.0f;
+  terms[30 * RAYS + lid] = counts ? n * content * (correlation > INLIER_CORRELATION ? 1.0f : 0.0f) : 0.0f;
   terms[31 * RAYS + lid] = counts ? n * content : 0.0f;
   if (inside) correlations[pose_index * windows_x * windows_y + window] = counts && content > 0.5f ? correlation : -2.0f;
   barrier(CLK_LOCAL_MEM_FENCE);
