@@ -249,7 +249,10 @@ void PaperRegistrar::judge(const PaperProblem& problem, const PaperSolution& sol
     result->reason = "the mask leaves " + std::to_string(static_cast<int>(solution.allowed_pixels)) +
                      " pixels of the binned X-ray, too few to register";
   }
-  if (result->reason.empty()) result->reason = reasonToRefuse(cues, options_.accept);
+  // Without a second solve only a sure likeness counts.
+  AcceptOptions accept = options_.accept;
+  accept.min_similarity = std::max(accept.min_similarity, accept.sure_similarity);
+  if (result->reason.empty()) result->reason = reasonToRefuse(cues, accept);
   result->accepted = result->reason.empty();
 }
 

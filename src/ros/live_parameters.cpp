@@ -5,6 +5,7 @@ namespace xray_registration {
 AcceptConfig toConfig(const AcceptOptions& options) {
   AcceptConfig config = AcceptConfig::__getDefault__();
   config.min_similarity = options.min_similarity;
+  config.sure_similarity = options.sure_similarity;
   config.min_inlier_fraction = options.min_inlier_fraction;
   config.max_condition_number = options.max_condition_number;
   config.max_jump_mm = options.max_jump_mm;
@@ -18,6 +19,10 @@ SolverConfig toConfig(const RegistrarOptions& options) {
   config.similarity = options.similarity == Similarity::kLocalNormalised ? "local_normalised" : "gain_offset";
   config.max_steps_per_frame = options.max_steps_per_frame;
   config.max_image_pixels = options.max_image_pixels;
+  config.search = options.search;
+  config.search_rotation_rad = options.search_rotation_rad;
+  config.search_translation_mm = options.search_translation_mm;
+  config.search_poses = options.search_poses;
   config.robust_weights = options.robust_weights;
   config.truncation_weights = options.truncation_weights;
   return config;
@@ -34,6 +39,7 @@ TrackingConfig toConfig(const TrackerOptions& options) {
 
 void apply(const AcceptConfig& config, AcceptOptions* options) {
   options->min_similarity = config.min_similarity;
+  options->sure_similarity = config.sure_similarity;
   options->min_inlier_fraction = config.min_inlier_fraction;
   options->max_condition_number = config.max_condition_number;
   options->max_jump_mm = config.max_jump_mm;
@@ -47,6 +53,10 @@ void apply(const SolverConfig& config, RegistrarOptions* options) {
   if (config.similarity == "gain_offset") options->similarity = Similarity::kGainOffset;
   options->max_steps_per_frame = config.max_steps_per_frame;
   options->max_image_pixels = config.max_image_pixels;
+  options->search = config.search;
+  options->search_rotation_rad = config.search_rotation_rad;
+  options->search_translation_mm = config.search_translation_mm;
+  options->search_poses = config.search_poses;
   options->robust_weights = config.robust_weights;
   options->truncation_weights = config.truncation_weights;
 }

@@ -66,6 +66,7 @@ void readSync(const YAML::Node& tree, SyncParameters* sync) {
 void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
   ParameterGroup group(tree, "accept");
   group.number("min_similarity", -1.0, 1.0, &accept->min_similarity);
+  group.number("sure_similarity", -1.0, 1.0, &accept->sure_similarity);
   group.number("min_inlier_fraction", 0.0, 1.0, &accept->min_inlier_fraction);
   group.number("max_condition_number", 1.0, 1e15, &accept->max_condition_number);
   group.number("max_jump_mm", 0.1, 1000.0, &accept->max_jump_mm);
@@ -81,6 +82,10 @@ void readSolver(const YAML::Node& tree, RegistrarOptions* solver) {
       &solver->similarity);
   group.integer("max_steps_per_frame", 1, 1000, &solver->max_steps_per_frame);
   group.number("max_image_pixels", 1024.0, 67108864.0, &solver->max_image_pixels);
+  group.flag("search", &solver->search);
+  group.number("search_rotation_rad", 0.0, M_PI, &solver->search_rotation_rad);
+  group.number("search_translation_mm", 0.0, 500.0, &solver->search_translation_mm);
+  group.integer("search_poses", 1, 100000, &solver->search_poses);
   group.flag("robust_weights", &solver->robust_weights);
   group.flag("truncation_weights", &solver->truncation_weights);
   group.integer("paper_max_iterations", 1, 1000, &solver->paper_max_iterations);
