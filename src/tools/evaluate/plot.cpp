@@ -70,7 +70,7 @@ void drawConvergence(cv::Mat* picture, const std::vector<ConvergenceCurve>& curv
     }
   }
   Panel panel(picture, area(0, 1), "Convergence of a few trials",
-              {"steps over all levels", 0.0, static_cast<double>(last_step), false},
+              {"steps allowed after the search", 0.0, static_cast<double>(last_step), false},
               {"mTRE, mm", 0.01, decadeAbove(largest_mm), true});
   for (std::size_t c = 0; c < curves.size(); ++c) {
     const ConvergenceCurve& curve = curves[c];
