@@ -18,7 +18,7 @@ namespace {
 constexpr int kTile = 8;
 constexpr int kRays = 64;
 constexpr int kSumStride = 48;
-constexpr int kTerms = 32;
+constexpr int kTerms = 56;
 
 constexpr int kSmallestSide = 32;    ///< Of the coarsest X-ray level, pixels.
 constexpr int kMapStep = 4;          ///< Pixels between the points of the map of unexplained tissue.
@@ -63,6 +63,8 @@ StepSums stepSums(const double* terms) {
     for (int j = i; j < 6; ++j) {
       sums.matrix(i, j) = terms[term];
       sums.matrix(j, i) = terms[term];
+      sums.scatter(i, j) = terms[32 + term];
+      sums.scatter(j, i) = terms[32 + term];
       ++term;
     }
   }
@@ -400,15 +402,6 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
   });
 }
 
-FloatImage Engine::downloadXray(const ResidentXray::Level& xray) {
-  return guarded(*device_, "reading the X-ray", [&] {
-    FloatImage image(xray.camera.width, xray.camera.height);
-    device_->solveQueue().enqueueReadBuffer(xray.attenuation, CL_TRUE, 0, sizeof(float) * image.pixels.size(),
-                                            image.pixels.data());
-    return image;
-  });
-}
-
 std::vector<float> Engine::windowCorrelations() {
   return guarded(*device_, "reading the windows", [&] {
     std::vector<float> correlations(static_cast<std::size_t>(last_windows_));
@@ -421,25 +414,6 @@ std::vector<float> Engine::windowCorrelations() {
 FloatImage Engine::render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) {
   return guarded(*device_, "rendering a DRR", [&] {
     return renderTiles(camera, volume_level, T_camera_ct, allTiles(tilesFor(camera.width) * tilesFor(camera.height)));
-  });
-}
-
-FloatImage Engine::renderSomeTiles(const ResidentXray::Level& xray, int volume_level, const RigidTransform& T_camera_ct,
-                                   int stride) {
-  return guarded(*device_, "rendering tiles", [&] {
-    std::vector<cl_int> used(static_cast<std::size_t>(xray.tiles()), 0);
-    for (int y = stride / 2; y < xray.tiles_y; y += stride) {
-      for (int x = stride / 2; x < xray.tiles_x; x += stride) used[static_cast<std::size_t>(y * xray.tiles_x + x)] = 1;
-    }
-    const std::size_t bytes = sizeof(cl_int) * used.size();
-    device_->solveQueue().enqueueWriteBuffer(scratch(&map_, bytes), CL_TRUE, 0, bytes, used.data());
-    FloatImage image = renderTiles(xray.camera, volume_level, T_camera_ct, map_.buffer);
-    for (int v = 0; v < image.height; ++v) {
-      for (int u = 0; u < image.width; ++u) {
-        if (used[static_cast<std::size_t>((v / kTile) * xray.tiles_x + u / kTile)] == 0) image.at(u, v) = -1.0F;
-      }
-    }
-    return image;
   });
 }
 

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numeric>
 
-#include "registration/residual_statistics.h"
 #include "registration/view_preparation.h"
 #include "xray_registration/drr/self_test.h"
 #include "xray_registration/registration/verdict.h"
@@ -36,7 +35,7 @@ constexpr double kNotRobust = 1e6;
 constexpr double kMostPixels = 50.0;
 /// Share of the finest level's tiles that a tracked frame uses, and its evaluations there.
 constexpr double kTrackedTiles = 0.5;
-constexpr int kFinestTrackedSteps = 1;
+constexpr int kFinestTrackedSteps = 2;
 /// Pixels of CT shadow that a level needs: half a dozen tiles, or windows hold more of the rest than of the CT.
 constexpr double kSmallestShadow = 400.0;
 
@@ -51,6 +50,22 @@ double conditionNumber(const Matrix6d& matrix) {
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(matrix), Eigen::EigenvaluesOnly);
   const double smallest = eigen.eigenvalues()[0];
   return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
+}
+
+/// A⁻¹ B A⁻¹ (P. J. Huber, 1967): A the curvature, B the variance of the gradient, from the scatter of the windows'
+/// own gradients, so that noise, its correlation inside a window and model errors are all in it. Each tile stands in
+/// span² windows, whose gradients therefore move together.
+Matrix6d covarianceOf(const StepSums& sums, int span) {
+  Twist scale;
+  scale << 1.0, 1.0, 1.0, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(sums.matrix));
+  if (eigen.info() != Eigen::Success || !(eigen.eigenvalues()[0] > 0.0)) return Matrix6d::Zero();
+  const Matrix6d scaled_inverse =
+      eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  const Matrix6d inverse = scale.asDiagonal() * scaled_inverse * scale.asDiagonal();
+  const double overlap = std::max(1, span * span);
+  const Matrix6d covariance = inverse * (overlap * sums.scatter) * inverse;
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 /// Mean motion of points on the target sphere between two poses, in the camera's x and y.
@@ -70,6 +85,7 @@ double inPlaneDistance(const RigidTransform& a, const RigidTransform& b, const E
 void addView(const StepSums& sums, const Matrix6d& twist_carried, StepSums* total) {
   total->matrix += twist_carried.transpose() * sums.matrix * twist_carried;
   total->gradient += twist_carried.transpose() * sums.gradient;
+  total->scatter += twist_carried.transpose() * sums.scatter * twist_carried;
   total->cost += sums.cost;
   total->weight += sums.weight;
   total->similarity += sums.similarity * sums.content;
@@ -267,7 +283,8 @@ GaussNewtonResult FastRegistrar::solveStage(const std::vector<View>& views, cons
   solver.max_steps = std::max(1, std::min(stage.max_steps, steps_left));
   solver.radius_mm = kTargetRadiusMm;
   solver.depth_mm = depth_mm;
-  solver.stop_mm = (stage.level == 0 ? 0.02 : 0.05) * pixel_mm;
+  // The last step of the finest level is taken untested, so it may be longer than what counts.
+  solver.stop_mm = (stage.level == 0 ? 0.1 : 0.05) * pixel_mm;
   solver.max_untested_step_mm = stage.level == 0 ? 0.3 * pixel_mm : 0.0;
   return minimise([&](const RigidTransform& pose) { return evaluate(views, stage, robust_scale2, pose); }, start,
                   centreCt(), solver);
@@ -436,12 +453,12 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
     leave_out_unexplained_ = found.leave_out;
     robust_scale2_ = solution.robust_scale2;
   }
-  judge(views, {0, windowSpan(), 0}, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
+  judge(views, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
   result.solve_ms = millisecondsSince(begin);
   return result;
 }
 
-void FastRegistrar::judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
+void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResult& solution,
                           const RigidTransform& start, bool tracking, double disagreement_mm,
                           RegistrationResult* result) {
   VerdictCues cues;
@@ -455,7 +472,7 @@ void FastRegistrar::judge(const std::vector<View>& views, const Stage& stage, co
     result->condition_number = conditionNumber(solution.sums.matrix);
     result->residual =
         solution.sums.weight > 0.0 ? std::sqrt(std::max(2.0 * solution.sums.cost / solution.sums.weight, 0.0)) : 0.0;
-    result->covariance = covarianceOf(views, stage, solution);
+    result->covariance = covarianceOf(solution.sums, windowSpan());
   }
   result->converged = solution.converged;
   const Eigen::Vector3d centre = result->T_camera_ct * centreCt();
@@ -474,32 +491,6 @@ void FastRegistrar::judge(const std::vector<View>& views, const Stage& stage, co
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, start);
   result->reason = reasonToRefuse(cues, options_.accept);
   result->accepted = result->reason.empty();
-}
-
-Matrix6d FastRegistrar::covarianceOf(const std::vector<View>& views, const Stage& stage,
-                                     const GaussNewtonResult& solution) {
-  const StepSums& sums = solution.sums;
-  if (!(sums.weight > 0.0) || !(sums.content > 0.0)) return Matrix6d::Zero();
-  // Independent samples: pixels with CT content over the area that one residual shares with its neighbours. Windows
-  // overlap, so a pixel stands in span² of them.
-  double correlation_area = 1.0;
-  for (const View& view : views) {
-    const ResidentXray::Level& level = view.xray.levels[static_cast<std::size_t>(stage.level)];
-    const FloatImage drr = engine_.renderSomeTiles(level, volumeLevel(view, stage.level, solution.T_camera_ct),
-                                                   view.T_view_first * solution.T_camera_ct, 4);
-    correlation_area = std::max(correlation_area, residualCorrelationArea(drr, engine_.downloadXray(level)));
-  }
-  const double overlap = stage.span == 0 ? 1.0 : static_cast<double>(stage.span * stage.span);
-  const double samples = std::max(sums.weight / overlap / correlation_area, 12.0);
-  const double variance = 2.0 * sums.cost / sums.weight * samples / (samples - 6.0);
-  const Matrix6d information = sums.matrix / sums.weight * samples;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(information));
-  if (eigen.info() != Eigen::Success || !(eigen.eigenvalues()[0] > 0.0)) return Matrix6d::Zero();
-  Twist scale;
-  scale << 1.0, 1.0, 1.0, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm;
-  const Matrix6d inverse =
-      eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
-  return variance * (scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
 FloatImage FastRegistrar::renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) {

@@ -80,16 +80,11 @@ void DampedDescent::propose() {
   shorten(&step_, options_);
   const double motion_mm = imageMotionMm(step_, options_);
   candidate_ = updatedPose(result_.T_camera_ct, step_, result_.T_camera_ct * centre_ct_mm_);
-  if (motion_mm < options_.stop_mm) {
-    result_.converged = true;
-    done_ = true;
-  } else if (result_.steps >= options_.max_steps) {
-    if (motion_mm < options_.max_untested_step_mm) {
-      result_.T_camera_ct = candidate_;
-      result_.converged = true;
-    }
-    done_ = true;
-  }
+  const bool small = motion_mm < options_.stop_mm;
+  if (!small && result_.steps < options_.max_steps) return;
+  done_ = true;
+  result_.converged = small || motion_mm < options_.max_untested_step_mm;
+  if (motion_mm < options_.max_untested_step_mm) result_.T_camera_ct = candidate_;
 }
 
 GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,

@@ -34,14 +34,14 @@ std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept)
                     accept.max_condition_number);
   }
   if (!cues.converged) return "the solver ran out of steps before it converged";
-  if (cues.search_range_mm > 0.0 && cues.jump_mm > cues.search_range_mm) {
+  if (cues.search_range_mm > 0.0 && !(cues.jump_mm <= cues.search_range_mm)) {
     return sentence("the pose moved ", cues.jump_mm, " mm from the start, outside the range of ", cues.search_range_mm,
                     " mm that is searched");
   }
-  if (cues.tracking && cues.jump_mm > accept.max_jump_mm) {
+  if (cues.tracking && !(cues.jump_mm <= accept.max_jump_mm)) {
     return sentence("the pose jumped ", cues.jump_mm, " mm from the prediction, more than ", accept.max_jump_mm);
   }
-  if (cues.tracking && cues.jump_rad > accept.max_jump_rad) {
+  if (cues.tracking && !(cues.jump_rad <= accept.max_jump_rad)) {
     return sentence("the pose turned ", cues.jump_rad * kDegreesPerRadian, " degrees from the prediction, more than ",
                     accept.max_jump_rad * kDegreesPerRadian);
   }

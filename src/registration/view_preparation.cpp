@@ -20,22 +20,33 @@ constexpr double kWorthCropping = 0.6;
 /// The solver's coarsest level needs a few tiles.
 constexpr int kSmallestWindow = 64;
 
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Pixels between the two rays in a plane through an image axis that touch a sphere's outline: the tangents from the
+/// source, ratio = (across · depth ± radius √(across² + depth² − radius²)) / (depth² − radius²).
+Range outline(double focal, double principal, double across_mm, double depth_mm, double radius_mm) {
+  const double radius2 = radius_mm * radius_mm;
+  const double touching = radius_mm * std::sqrt(across_mm * across_mm + depth_mm * depth_mm - radius2);
+  const double scale = focal / (depth_mm * depth_mm - radius2);
+  return {principal + scale * (across_mm * depth_mm - touching), principal + scale * (across_mm * depth_mm + touching)};
+}
+
 Window windowAround(const XrayCamera& camera, const Eigen::Vector3d& centre_mm, double radius_mm) {
   const Window whole{0, 0, camera.width, camera.height};
   if (!(centre_mm.z() > 1.2 * radius_mm)) return whole;
-  const Eigen::Vector2d middle = camera.project(centre_mm);
-  // A sphere's outline is a little wider than its radius at its centre's depth.
-  const double shrink = std::sqrt(1.0 - std::pow(radius_mm / centre_mm.z(), 2));
-  const double half_u = camera.fx * radius_mm / centre_mm.z() / shrink;
-  const double half_v = camera.fy * radius_mm / centre_mm.z() / shrink;
+  const Range u = outline(camera.fx, camera.cx, centre_mm.x(), centre_mm.z(), radius_mm);
+  const Range v = outline(camera.fy, camera.cy, centre_mm.y(), centre_mm.z(), radius_mm);
   const auto clamped = [](double value, int limit) {
     return static_cast<int>(std::lround(std::min(std::max(value, 0.0), static_cast<double>(limit))));
   };
   Window window;
-  window.x = clamped(std::floor(middle.x() - half_u), camera.width);
-  window.y = clamped(std::floor(middle.y() - half_v), camera.height);
-  window.width = clamped(std::ceil(middle.x() + half_u), camera.width) - window.x;
-  window.height = clamped(std::ceil(middle.y() + half_v), camera.height) - window.y;
+  window.x = clamped(std::floor(u.low), camera.width);
+  window.y = clamped(std::floor(v.low), camera.height);
+  window.width = clamped(std::ceil(u.high + 1.0), camera.width) - window.x;
+  window.height = clamped(std::ceil(v.high + 1.0), camera.height) - window.y;
   const double share =
       static_cast<double>(window.width) * window.height / (static_cast<double>(camera.width) * camera.height);
   if (window.width < kSmallestWindow || window.height < kSmallestWindow || share > kWorthCropping) return whole;

@@ -43,6 +43,7 @@ struct WindowOptions {
 struct StepSums {
   Matrix6d matrix = Matrix6d::Zero();
   Twist gradient = Twist::Zero();
+  Matrix6d scatter = Matrix6d::Zero();  ///< Σ of the windows' gradients' outer products.
   double cost = 0.0;
   double weight = 0.0;           ///< Σ importance: cost / weight is a mean in 0 … 2.
   double similarity = 0.0;       ///< Mean local normalised correlation over windows with CT content.
@@ -78,9 +79,6 @@ class Engine {
   /// march costs by the tile. Weighing anew brings all tiles back.
   void keepContrastTiles(ResidentXray::Level* level, double part);
 
-  /// A level's attenuation, back on the host.
-  FloatImage downloadXray(const ResidentXray::Level& xray);
-
   /// Objective and normal equations for many poses of one X-ray in one launch.
   std::vector<StepSums> evaluate(const ResidentXray::Level& xray, int volume_level,
                                  const std::vector<RigidTransform>& T_camera_ct, const WindowOptions& options);
@@ -91,11 +89,6 @@ class Engine {
 
   /// Line integrals.
   FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct);
-
-  /// Line integrals of every `stride`-th tile (8 × 8 pixels, both directions) of an X-ray level that has any weight; −1
-  /// elsewhere.
-  FloatImage renderSomeTiles(const ResidentXray::Level& xray, int volume_level, const RigidTransform& T_camera_ct,
-                             int stride);
 
   /// The line integral image and its six derivatives by the twist about the CT's centre, for tests.
   std::vector<FloatImage> renderWithDerivatives(const XrayCamera& camera, int volume_level,

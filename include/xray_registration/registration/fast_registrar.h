@@ -78,9 +78,8 @@ class FastRegistrar : public Registrar {
   Attempt searchAndDescend(std::vector<View>* views, int coarsest, const RigidTransform& start, int first_index,
                            int* steps);
   Attempt confirmedSearch(std::vector<View>* views, const RigidTransform& start, double* disagreement_mm, int* steps);
-  void judge(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution,
-             const RigidTransform& start, bool tracking, double disagreement_mm, RegistrationResult* result);
-  Matrix6d covarianceOf(const std::vector<View>& views, const Stage& stage, const GaussNewtonResult& solution);
+  void judge(const std::vector<View>& views, const GaussNewtonResult& solution, const RigidTransform& start,
+             bool tracking, double disagreement_mm, RegistrationResult* result);
 
   std::shared_ptr<Device> device_;
   RegistrarOptions options_;

@@ -19,7 +19,7 @@
 #define SUMS 45
 #define SUM_STRIDE 48
 #define VECTOR 9
-#define TERMS 32
+#define TERMS 56
 #define BRICK 8
 
 // Calls would keep the loops over rays from becoming vector code.
@@ -482,7 +482,7 @@ void tile_sums(__global const uint* volume, const Grid grid, __global const floa
 // ---------------------------------------------------------------------------------------------------------------
 // Windows of span_x × span_y tiles, one work-item each: local normalised correlation, its exact gradient, its Gauss-Newton
 // matrix. docs/design.md has the formulae. terms: 0…20 upper triangle of A, 21…26 b, 27 cost, 28 weight,
-// 29 weight · correlation, 30 weight of inlier windows, 31 windows.
+// 29 content · correlation, 30 content of windows that correlate, 31 content, 32…52 upper triangle of Σ b bᵀ.
 // A window that correlates better than this shows the CT.
 #define INLIER_CORRELATION 0.4f
 
@@ -571,6 +571,14 @@ void windows(__global const float* tile_sums_in, const int tiles_x, const int ti
   terms[30 * RAYS + lid] = counts ? n * content * (correlation > INLIER_CORRELATION ? 1.0f : 0.0f) : 0.0f;
   terms[31 * RAYS + lid] = counts ? n * content : 0.0f;
   if (inside) correlations[pose_index * windows_x * windows_y + window] = counts && content > 0.5f ? correlation : -2.0f;
+  // The scatter of the windows' gradients: what noise and model errors do to their sum.
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) {
+      terms[(term + 11) * RAYS + lid] = terms[(21 + i) * RAYS + lid] * terms[(21 + j) * RAYS + lid];
+      ++term;
+    }
+  }
+  for (int i = 53; i < TERMS; ++i) terms[i * RAYS + lid] = 0.0f;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid < TERMS) {
     float total = 0.0f;
