@@ -403,7 +403,7 @@ FastRegistrar::Attempt FastRegistrar::searchAndDescend(std::vector<View>* views,
 FastRegistrar::Attempt FastRegistrar::confirmedSearch(std::vector<View>* views, const RigidTransform& start,
                                                       double* disagreement_mm, int* steps) {
   // Other poses around the same start, and a finer level: a right answer is found twice, a wrong one rarely.
-  constexpr int kMostAttempts = 3;
+  constexpr int kMostAttempts = 4;
   std::vector<Attempt> attempts;
   std::size_t best = 0;
   for (int i = 0; i < kMostAttempts; ++i) {

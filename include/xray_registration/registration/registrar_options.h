@@ -10,7 +10,7 @@ enum class Similarity { kLocalNormalised, kGainOffset };
 
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
 struct AcceptOptions {
-  double min_similarity = 0.57;
+  double min_similarity = 0.54;
   double sure_similarity = 0.75;  ///< Below it, a cold start is solved a second time and both must agree.
   double min_inlier_fraction = 0.3;
   double max_condition_number = 1.0e6;
