@@ -30,3 +30,8 @@ foreach(name node nodelet sim_time two_views process)
   file(MAKE_DIRECTORY ${cache})
   add_rostest(test/ros/${name}.test ARGS cache:=${cache})
 endforeach()
+
+# $(find xray_registration) resolves through the environment that the devel space sets.
+add_test(NAME ros.launch_files COMMAND ${CATKIN_ENV} /usr/bin/python3
+         ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/launch_files_test.py)
+set_tests_properties(ros.launch_files PROPERTIES TIMEOUT 120)
