@@ -137,6 +137,12 @@ ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume) {
 
 }  // namespace
 
+std::size_t residentVoxelBytes(const Device& device) {
+  const double one_buffer = 0.45 * static_cast<double>(device.maxAllocationBytes());
+  const double all_levels = 0.5 * static_cast<double>(device.globalMemoryBytes()) / 2.5;
+  return static_cast<std::size_t>(std::min(one_buffer, all_levels));
+}
+
 ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume) {
   centre_ct_ = anatomicalCentreCt(volume);
   try {

@@ -10,6 +10,7 @@
 #include "registration/view_preparation.h"
 #include "xray_registration/drr/self_test.h"
 #include "xray_registration/registration/verdict.h"
+#include "xray_registration/volume/volume_pyramid.h"
 
 namespace xray_registration {
 namespace {
@@ -137,7 +138,12 @@ bool FastRegistrar::setOptions(const RegistrarOptions& options) {
 
 void FastRegistrar::setVolume(const AttenuationVolume& volume) {
   selfTest(&engine_);
-  engine_.setVolume(volume);
+  const std::size_t budget = residentVoxelBytes(*device_);
+  if (volume.values.size() * sizeof(std::uint16_t) > budget) {
+    engine_.setVolume(fittedTo(volume, budget, logger_));
+  } else {
+    engine_.setVolume(volume);
+  }
   log(logger_, LogLevel::kInfo,
       "CT on " + device_->name() + ": " + std::to_string(engine_.volume().levels().size()) + " levels, " +
           std::to_string(engine_.volume().bytes() >> 20U) + " MiB");
