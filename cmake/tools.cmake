@@ -66,10 +66,16 @@ endif()
 # The benchmark is in every build; in the compute-only one it needs the headers of CLI11 and nlohmann-json alone.
 if(CLI11_FOUND AND nlohmann_json_FOUND)
   set(benchmark ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark)
-  set(benchmark_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark.cpp ${benchmark}/measure.cpp
-    ${benchmark}/paper_tables.cpp ${benchmark}/paper_tables_print.cpp
-    ${benchmark}/registration_rows.cpp ${benchmark}/report.cpp ${benchmark}/scenes.cpp
+  # What the kernels' own benchmark uses too.
+  set(benchmark_scenes ${benchmark}/fast_step.cpp ${benchmark}/march_probe.cpp ${benchmark}/scenes.cpp)
+  set(benchmark_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark.cpp ${benchmark_scenes}
+    ${benchmark}/goals.cpp ${benchmark}/growth.cpp ${benchmark}/measure.cpp
+    ${benchmark}/paper_tables.cpp ${benchmark}/paper_tables_print.cpp ${benchmark}/profile.cpp
+    ${benchmark}/registration_rows.cpp ${benchmark}/report.cpp
     ${benchmark}/step_rows.cpp)
+  if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+    list(APPEND benchmark_sources ${benchmark}/growth_plot.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate/panel.cpp)
+  endif()
   if(XRAY_REGISTRATION_ROS)
     xray_tool(benchmark ROS SOURCES ${benchmark_sources} ${benchmark}/bag_rows.cpp)
     target_compile_definitions(benchmark PRIVATE XRAY_BENCHMARK_READS_BAGS)
@@ -82,6 +88,18 @@ if(CLI11_FOUND AND nlohmann_json_FOUND)
   endif()
   if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
     target_compile_definitions(benchmark PRIVATE XRAY_BENCHMARK_READS_CT)
+  endif()
+  xray_embed_kernels(benchmark ${benchmark}/kernels/ceiling.cl)
+
+  # Variants of the kernels, for whoever tries a new one (docs/performance.md). Needs libbenchmark-dev.
+  find_package(benchmark QUIET)
+  if(benchmark_FOUND)
+    xray_tool(kernel_benchmark
+      SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/benchmark/kernel_benchmark.cpp ${benchmark_scenes}
+      LIBRARIES benchmark::benchmark)
+    xray_embed_kernels(kernel_benchmark ${benchmark}/kernels/ceiling.cl)
+  else()
+    message(STATUS "kernel_benchmark: Google Benchmark (libbenchmark-dev) is missing, it is left out")
   endif()
 else()
   message(STATUS "benchmark: CLI11 or nlohmann-json is missing, the tool is left out")

@@ -1,9 +1,10 @@
 // How fast: the paper's tables as published, plain C++ against OpenCL, and the fast method's steps, registrations and
 // tracked frames beside them.
-#include <cmath>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
+#include "tools/benchmark/growth.h"
 #include "tools/benchmark/paper_tables.h"
 #include "tools/benchmark/registration_rows.h"
 #include "tools/benchmark/report.h"
@@ -20,33 +21,60 @@
 namespace xray_registration::tools {
 namespace {
 
+const std::vector<std::string> kParts = {"steps",   "drr",    "upload", "memory", "frames",
+                                         "ceiling", "tables", "growth", "ct",     "bag"};
+
 struct Arguments {
   std::string json;
   std::string ct;
   std::string bag;
   std::string views;
+  std::string plot;
+  std::string only;
   std::string device = "auto";
   bool quick = false;
+  bool growth = false;
   bool verbose = false;
+
+  /// Whether a part is to be run: all by default, but the growth curves only when asked for.
+  bool wants(const std::string& part) const {
+    if (only.empty()) return part != "growth" || growth;
+    const std::vector<std::string> parts = splitList(only);
+    return std::find(parts.begin(), parts.end(), part) != parts.end() || (part == "growth" && growth);
+  }
+  int rounds() const { return quick ? 7 : 50; }
 };
 
 void addOptions(CLI::App* app, Arguments* arguments) {
-  app->add_option("--json", arguments->json, "write all rows here");
+  app->add_option("--json", arguments->json, "write everything here");
   app->add_flag("--quick", arguments->quick, "fewer repetitions; leaves out the 512^3 CT");
   app->add_option("--device", arguments->device, "auto, gpu, cpu, or a part of the device's name")
       ->capture_default_str();
   app->add_option("--ct", arguments->ct, "Table II on this CT as well, and the CT of --bag")->check(CLI::ExistingPath);
   app->add_option("--bag", arguments->bag, "time tracked frames of this session; needs --ct")->check(CLI::ExistingFile);
   app->add_option("--views", arguments->views, "views of the session to use, as a,b (default: all)");
+  app->add_flag("--growth", arguments->growth, "also how times grow with CT size, image size and views");
+  app->add_option("--plot", arguments->plot, "draw the growth curves here (PNG); needs --growth");
+  app->add_option(
+      "--only", arguments->only,
+      "parts to run, comma-separated: steps, drr, upload, memory, frames, ceiling, tables (the paper's, and "
+      "registrations from Table II's starts), growth, ct (tables on --ct), bag");
   app->add_flag("--verbose", arguments->verbose, "say more on standard error");
 }
 
 void check(const Arguments& arguments) {
   if (!arguments.json.empty()) requireWritableParent(arguments.json, "--json");
+  if (!arguments.plot.empty()) requireWritableParent(arguments.plot, "--plot");
+  for (const std::string& part : splitList(arguments.only)) {
+    if (std::find(kParts.begin(), kParts.end(), part) == kParts.end())
+      throw ArgumentError("--only: there is no part '" + part + "'");
+  }
+  if (!arguments.plot.empty() && !arguments.wants("growth")) throw ArgumentError("--plot needs --growth");
   if (!arguments.bag.empty() && arguments.ct.empty()) throw ArgumentError("--bag needs --ct");
   if (!arguments.views.empty() && arguments.bag.empty()) throw ArgumentError("--views needs --bag");
 #ifndef XRAY_BENCHMARK_READS_CT
   if (!arguments.ct.empty()) throw ArgumentError("--ct: this build (XRAY_REGISTRATION_COMPUTE_ONLY) reads no CTs");
+  if (!arguments.plot.empty()) throw ArgumentError("--plot: this build (XRAY_REGISTRATION_COMPUTE_ONLY) has no OpenCV");
 #endif
 #ifndef XRAY_BENCHMARK_READS_BAGS
   if (!arguments.bag.empty()) throw ArgumentError("--bag: this build (XRAY_REGISTRATION_ROS=OFF) reads no bags");
@@ -57,76 +85,75 @@ void append(std::vector<BenchmarkRow>* rows, const std::vector<BenchmarkRow>& mo
   rows->insert(rows->end(), more.begin(), more.end());
 }
 
-void runTables(const Arguments& arguments, const std::shared_ptr<Device>& device, std::vector<BenchmarkRow>* rows) {
-  const int runs = arguments.quick ? 1 : 3;
-  printChoices(std::cout);
-  const auto one = runTableOne(device, runs);
-  printTableOne(std::cout, one);
-  append(rows, rowsOfTableOne(one));
-  const AttenuationVolume phantom = tableTwoPhantom();
-  const auto two = runTableTwo(device, phantom, runs);
-  printTableTwo(std::cout, "head phantom", two);
-  append(rows, rowsOfTableTwo("registration/table2/paper", two));
-  append(rows, measureRegistrations("registration/table2", device, phantom, arguments.quick ? 7 : 50));
-}
-
-void runCt(const Arguments& arguments, const std::shared_ptr<Device>& device, const Logger& logger,
-           std::vector<BenchmarkRow>* rows) {
-  (void)device;
-  (void)logger;
-  (void)rows;
-#ifdef XRAY_BENCHMARK_READS_CT
-  if (arguments.ct.empty()) return;
-  const AttenuationVolume volume = tableTwoVolume(toAttenuation(readVolume(arguments.ct, {}, logger), {}));
+/// The paper's Table II on a volume, and the fast method from the same starts.
+void runTableTwoOn(const Arguments& arguments, const std::shared_ptr<Device>& device, const AttenuationVolume& volume,
+                   const std::string& title, const std::string& suffix, BenchmarkReport* report) {
   const auto two = runTableTwo(device, volume, arguments.quick ? 1 : 3);
-  const std::string name = std::filesystem::path(arguments.ct).filename().string();
-  printTableTwo(std::cout, name, two);
-  append(rows, rowsOfTableTwo("registration/table2/" + name + "/paper", two));
-  append(rows, measureRegistrations("registration/table2/" + name, device, volume, arguments.quick ? 7 : 50));
-#endif
-#ifdef XRAY_BENCHMARK_READS_BAGS
-  if (arguments.bag.empty()) return;
-  append(rows, measureTrackedFrames(arguments.ct, arguments.bag, splitList(arguments.views), arguments.device,
-                                    arguments.quick ? 1 : 5, logger));
-#endif
-  (void)arguments;
+  printTableTwo(std::cout, title, two);
+  const std::string prefix = "registration/table2" + suffix;
+  append(&report->rows, rowsOfTableTwo(prefix + "/paper", two));
+  append(&report->rows, measureRegistrations(prefix, device, volume, arguments.rounds()));
+  report->tables.push_back({"table2" + suffix, two});
 }
 
-/// The goals' ratios, from rows that ran in turns.
-void printRatios(const std::vector<BenchmarkRow>& rows) {
-  const auto find = [&rows](const std::string& name) -> const BenchmarkRow* {
-    for (const BenchmarkRow& row : rows) {
-      if (row.name == name) return &row;
-    }
-    return nullptr;
-  };
-  const BenchmarkRow* cpp = find("step/paper/cpp/128");
-  const BenchmarkRow* opencl = find("step/paper/opencl/128");
-  const BenchmarkRow* fast = find("step/fast/128");
-  const BenchmarkRow* large = find("step/fast/256");
-  if (cpp == nullptr || opencl == nullptr || fast == nullptr || large == nullptr) return;
-  std::printf(
-      "one step at 128: fast is %.0f times faster than the paper's method in plain C++, %.0f times faster than\n"
-      "the paper's method on the same device; samples per second at 256 against 128: %.2f\n",
-      cpp->milliseconds_median / fast->milliseconds_median, opencl->milliseconds_median / fast->milliseconds_median,
-      *large->samples_per_second / *fast->samples_per_second);
+void runTables(const Arguments& arguments, const std::shared_ptr<Device>& device, BenchmarkReport* report) {
+  printChoices(std::cout);
+  const auto one = runTableOne(device, arguments.quick ? 1 : 3);
+  printTableOne(std::cout, one);
+  append(&report->rows, rowsOfTableOne(one));
+  report->tables.push_back({"table1", one});
+  runTableTwoOn(arguments, device, tableTwoPhantom(), "head phantom", "", report);
 }
+
+void runPhantoms(const Arguments& arguments, const std::shared_ptr<Device>& device, BenchmarkReport* report) {
+  const int rounds = arguments.rounds();
+  std::vector<BenchmarkRow>* rows = &report->rows;
+  if (arguments.wants("steps")) append(rows, measureSteps(device, rounds));
+  if (arguments.wants("drr")) append(rows, measureDrr(device, rounds));
+  if (arguments.wants("upload")) append(rows, measureUpload(device, arguments.quick ? 2 : 5));
+  if (arguments.wants("memory") && !arguments.quick) rows->push_back(measureMemory(device));
+  if (arguments.wants("frames")) append(rows, measureFrames(device, rounds, arguments.quick));
+  if (arguments.wants("ceiling")) report->ceiling = measureCeiling(device, rounds, arguments.quick);
+  if (arguments.wants("tables")) runTables(arguments, device, report);
+  if (arguments.wants("growth")) append(rows, measureGrowth(device, arguments.quick ? 3 : 15, arguments.quick));
+#ifdef XRAY_BENCHMARK_READS_CT
+  if (!arguments.plot.empty()) drawGrowth(arguments.plot, *rows);
+#endif
+}
+
+#ifdef XRAY_BENCHMARK_READS_CT
+void runCt(const Arguments& arguments, const std::shared_ptr<Device>& device, const Logger& logger,
+           BenchmarkReport* report) {
+  if (arguments.ct.empty()) return;
+  if (arguments.wants("ct")) {
+    const AttenuationVolume volume = tableTwoVolume(toAttenuation(readVolume(arguments.ct, {}, logger), {}));
+    const std::string name = std::filesystem::path(arguments.ct).filename().string();
+    runTableTwoOn(arguments, device, volume, name, "/" + name, report);
+  }
+#ifdef XRAY_BENCHMARK_READS_BAGS
+  if (arguments.bag.empty() || !arguments.wants("bag")) return;
+  append(&report->rows, measureTrackedFrames(arguments.ct, arguments.bag, splitList(arguments.views), arguments.device,
+                                             arguments.quick ? 1 : 5, logger));
+#endif
+}
+#endif
 
 void benchmark(const Arguments& arguments) {
   check(arguments);
   const Logger logger = standardErrorLogger("benchmark", arguments.verbose);
   const auto device = std::make_shared<Device>(arguments.device, logger);
   std::cout << "device: " << device->name() << "\n\n";
-  std::vector<BenchmarkRow> rows;
-  append(&rows, measureSteps(device, arguments.quick ? 7 : 50));
-  append(&rows, measureDrr(device, arguments.quick ? 7 : 50));
-  append(&rows, measureUpload(device, arguments.quick ? 2 : 5));
-  if (!arguments.quick) rows.push_back(measureMemory(device));
-  runTables(arguments, device, &rows);
-  runCt(arguments, device, logger, &rows);
-  printRows(std::cout, rows);
-  printRatios(rows);
-  if (!arguments.json.empty()) writeRowsJson(arguments.json, device->name(), rows);
+  BenchmarkReport report;
+  report.device = device->name();
+  runPhantoms(arguments, device, &report);
+#ifdef XRAY_BENCHMARK_READS_CT
+  runCt(arguments, device, logger, &report);
+#endif
+  report.goals = goalsOf(report.rows, device->isGpu());
+  printRows(std::cout, report.rows);
+  printCeiling(std::cout, report.ceiling);
+  printGoals(std::cout, report.goals);
+  if (!arguments.json.empty()) writeJson(arguments.json, report);
 }
 
 }  // namespace

@@ -14,6 +14,12 @@ double millisecondsOf(const std::function<void()>& run) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
+
 BenchmarkRow rowOf(const std::string& name, std::vector<double> milliseconds) {
   BenchmarkRow row;
   row.name = name;
@@ -21,8 +27,12 @@ BenchmarkRow rowOf(const std::string& name, std::vector<double> milliseconds) {
   if (milliseconds.empty()) return row;
   std::sort(milliseconds.begin(), milliseconds.end());
   const std::size_t n = milliseconds.size();
-  row.milliseconds_median = 0.5 * (milliseconds[(n - 1) / 2] + milliseconds[n / 2]);
-  row.milliseconds_p99 = milliseconds[static_cast<std::size_t>(std::ceil(0.99 * static_cast<double>(n))) - 1];
+  const auto nearestRank = [&milliseconds, n](double share) {
+    return milliseconds[static_cast<std::size_t>(std::ceil(share * static_cast<double>(n))) - 1];
+  };
+  row.milliseconds_median = medianOf(milliseconds);
+  row.milliseconds_p95 = nearestRank(0.95);
+  row.milliseconds_p99 = nearestRank(0.99);
   return row;
 }
 

@@ -11,6 +11,7 @@ namespace xray_registration::tools {
 struct BenchmarkRow {
   std::string name;
   double milliseconds_median = 0.0;
+  double milliseconds_p95 = 0.0;  ///< Nearest rank.
   double milliseconds_p99 = 0.0;  ///< Nearest rank: the slowest run when there are fewer than 100.
   std::size_t runs = 0;
   std::optional<double> samples_per_second;  ///< March samples, at the median.
@@ -28,7 +29,10 @@ struct BenchmarkCase {
 
 double millisecondsOf(const std::function<void()>& run);
 
-/// Median and p99 of times of the same thing.
+/// Median of anything; 0 of nothing.
+double medianOf(std::vector<double> values);
+
+/// Median, p95 and p99 of times of the same thing.
 BenchmarkRow rowOf(const std::string& name, std::vector<double> milliseconds);
 
 /// Runs all cases once to warm up, then in turns, `rounds` times: a disturbance of the machine hits all of them alike.

@@ -4,14 +4,34 @@
 #include <string>
 #include <vector>
 
+#include "tools/benchmark/goals.h"
 #include "tools/benchmark/measure.h"
+#include "tools/benchmark/paper_tables.h"
+#include "tools/benchmark/profile.h"
 
 namespace xray_registration::tools {
 
-void printRows(std::ostream& out, const std::vector<BenchmarkRow>& rows);
+struct PaperTable {
+  std::string name;  ///< "table1", "table2", "table2/<ct>"; Table I counts per iteration.
+  std::vector<PaperTableRow> rows;
+};
 
-/// {"device": …, "rows": [{"name", "milliseconds_median", "milliseconds_p99", "runs", "samples_per_second"?, …}]}
+/// Everything that one run of the tool found.
+struct BenchmarkReport {
+  std::string device;
+  std::vector<BenchmarkRow> rows;
+  std::vector<Goal> goals;
+  std::vector<PaperTable> tables;
+  Ceiling ceiling;
+};
+
+void printRows(std::ostream& out, const std::vector<BenchmarkRow>& rows);
+void printCeiling(std::ostream& out, const Ceiling& ceiling);
+void printGoals(std::ostream& out, const std::vector<Goal>& goals);
+
+/// {"device": …, "rows": [{"name", "milliseconds_median", "milliseconds_p95", "milliseconds_p99", "runs",
+/// "samples_per_second"?, "bytes"?, "note"?}], "goals": […], "paper_tables": […], "ceiling": {…}}
 /// @throws std::runtime_error when the file cannot be written.
-void writeRowsJson(const std::string& path, const std::string& device, const std::vector<BenchmarkRow>& rows);
+void writeJson(const std::string& path, const BenchmarkReport& report);
 
 }  // namespace xray_registration::tools

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "xray_registration/registration/paper_method.h"
 #include "xray_registration/volume/phantom.h"
 #include "xray_registration/volume/volume_pyramid.h"
 
@@ -40,6 +41,26 @@ AttenuationVolume headScene(int n) {
   return cutTo(toAttenuation(headPhantom(245.0 / n), {}), Eigen::Vector3i::Constant(n));
 }
 
+AttenuationVolume doubled(const AttenuationVolume& volume) {
+  AttenuationVolume fine;
+  fine.grid = volume.grid;
+  fine.grid.size *= 2;
+  fine.grid.spacing_mm *= 0.5;
+  fine.grid.origin_ct_mm = volume.grid.ctFromIndex() * Eigen::Vector3d::Constant(-0.25);
+  fine.scale_per_mm = volume.scale_per_mm;
+  fine.face_is_cut = volume.face_is_cut;
+  fine.values.resize(fine.grid.voxelCount());
+  const Eigen::Vector3i n = fine.grid.size;
+  auto out = fine.values.begin();
+  for (int z = 0; z < n.z(); ++z) {
+    for (int y = 0; y < n.y(); ++y) {
+      const std::size_t row = (static_cast<std::size_t>(z / 2) * volume.grid.size.y() + y / 2) * volume.grid.size.x();
+      for (int x = 0; x < n.x(); ++x) *out++ = volume.values[row + static_cast<std::size_t>(x / 2)];
+    }
+  }
+  return fine;
+}
+
 AttenuationVolume tableTwoVolume(const AttenuationVolume& ct) {
   const int across = std::max(ct.grid.size.x(), ct.grid.size.y());
   const int factor = std::max(1, static_cast<int>(std::lround(across / 128.0)));
@@ -53,6 +74,25 @@ AttenuationVolume tableTwoPhantom() { return cutTo(toAttenuation(headPhantom(1.9
 
 PaperGeometry benchmarkGeometry(const VolumeGrid& grid, int image_size) {
   return paperGeometry(grid, image_size, 2.0 * grid.size.x() * grid.spacing_mm.x());
+}
+
+FastScene fastScene(const VolumeGrid& grid, int image_size, char axis) {
+  const PaperGeometry geometry = benchmarkGeometry(grid, image_size);
+  PaperProblem problem;
+  problem.camera = geometry.camera;
+  problem.centre_ct_mm = grid.centreCt();
+  problem.T_camera_ct_start = geometry.T_camera_ct;
+  if (axis != 'z') {
+    const Eigen::Vector3d about = axis == 'x' ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
+    const Eigen::Translation3d to_centre(problem.centre_ct_mm);
+    problem.T_camera_ct_start =
+        problem.T_camera_ct_start * to_centre * Eigen::AngleAxisd(EIGEN_PI / 2.0, about) * to_centre.inverse();
+  }
+  FastScene scene;
+  scene.camera = problem.camera;
+  scene.T_camera_ct = problem.T_camera_ct_start;
+  scene.T_camera_ct_true = paperPose(problem, PaperParameters::Constant(2.0));
+  return scene;
 }
 
 }  // namespace xray_registration::tools

@@ -2,11 +2,11 @@
 
 #include <stdexcept>
 
+#include "tools/benchmark/fast_step.h"
 #include "tools/benchmark/scenes.h"
 #include "tools/common/progress_bar.h"
 #include "xray_registration/drr/engine.h"
 #include "xray_registration/drr/paper_engine.h"
-#include "xray_registration/registration/gauss_newton.h"
 #include "xray_registration/registration/paper_method.h"
 
 namespace xray_registration::tools {
@@ -57,31 +57,6 @@ class PaperStepper {
   std::unique_ptr<PaperEngine> engine_;
 };
 
-class FastStepper {
- public:
-  FastStepper(const StepScene& scene, const std::shared_ptr<Device>& device)
-      : engine_(device), T_camera_ct_(scene.problem.T_camera_ct_start), camera_(scene.problem.camera) {
-    engine_.setVolume(scene.volume);
-    const FloatImage target = engine_.render(camera_, 0, paperPose(scene.problem, scene.truth));
-    xray_ = engine_.upload(camera_, target, FloatImage(camera_.width, camera_.height, 1.0F));
-  }
-
-  void step() {
-    const StepSums sums = engine_.evaluate(xray_.levels.front(), 0, {T_camera_ct_}, WindowOptions{}).front();
-    Twist delta;
-    if (!dampedStep(sums, 1e-3, &delta)) throw std::runtime_error("benchmark: a step of the fast method was refused");
-  }
-
-  /// Planes of the volume that each ray may meet.
-  double samples(int n) const { return static_cast<double>(camera_.width) * camera_.height * n; }
-
- private:
-  Engine engine_;
-  RigidTransform T_camera_ct_;
-  XrayCamera camera_;
-  ResidentXray xray_;
-};
-
 }  // namespace
 
 std::vector<BenchmarkRow> measureSteps(const std::shared_ptr<Device>& device, int rounds) {
@@ -89,14 +64,20 @@ std::vector<BenchmarkRow> measureSteps(const std::shared_ptr<Device>& device, in
   const StepScene large(256);
   PaperStepper cpp(small, makePaperEngineCpp());
   PaperStepper opencl(small, makePaperEngineOpenCl(device));
-  FastStepper fast_small(small, device);
-  FastStepper fast_large(large, device);
+  const auto engineOf = [&device](const StepScene& scene) {
+    auto engine = std::make_shared<Engine>(device);
+    engine->setVolume(scene.volume);
+    return engine;
+  };
+  FastStep fast_small(engineOf(small), fastScene(small.volume.grid, 128));
+  FastStep fast_large(engineOf(large), fastScene(large.volume.grid, 256));
+  MarchProbe probe(device);
   return measureInTurns(
       "one step",
       {{"step/paper/cpp/128", [&] { cpp.step(); }, cpp.samples(), "7 DRRs of 3 N tri-linear samples, one thread"},
        {"step/paper/opencl/128", [&] { opencl.step(); }, opencl.samples(), "the same on the device"},
-       {"step/fast/128", [&] { fast_small.step(); }, fast_small.samples(128), "value and derivatives in one march"},
-       {"step/fast/256", [&] { fast_large.step(); }, fast_large.samples(256), "N^3 nominal samples; air is skipped"}},
+       {"step/fast/128", [&] { fast_small.step(); }, fast_small.samples(&probe), "value and derivatives in one march"},
+       {"step/fast/256", [&] { fast_large.step(); }, fast_large.samples(&probe), {}}},
       rounds);
 }
 
@@ -109,16 +90,27 @@ std::vector<BenchmarkRow> measureDrr(const std::shared_ptr<Device>& device, int 
   paper->setVolume(volume);
   paper->setTarget(FloatImage(200, 200), {}, {});
   const PaperRays rays = paperRays(volume.grid, geometry.camera, geometry.T_camera_ct, 3 * 256, true);
-  return measureInTurns("one DRR",
-                        {{"drr/paper/opencl/200",
-                          [&] {
-                            paper->render(0, rays);
-                            paper->read(0);
-                          },
-                          200.0 * 200.0 * rays.samples, "image read back"},
-                         {"drr/fast/200", [&] { fast.render(geometry.camera, 0, geometry.T_camera_ct); },
-                          200.0 * 200.0 * 256, "image read back; N nominal samples a ray"}},
-                        rounds);
+  MarchProbe probe(device);
+  probe.plan(fast.volume().levels().front(), geometry.camera, geometry.T_camera_ct, fast.volume().centreCt());
+  std::vector<double> kernel_ms;
+  const auto renderFast = [&] {
+    fast.render(geometry.camera, 0, geometry.T_camera_ct);
+    const Engine::KernelTimes times = fast.lastKernelTimes();
+    kernel_ms.push_back(times.plan_ms + times.march_ms);
+  };
+  const auto renderPaper = [&] {
+    paper->render(0, rays);
+    paper->read(0);
+  };
+  std::vector<BenchmarkRow> rows =
+      measureInTurns("one DRR",
+                     {{"drr/paper/opencl/200", renderPaper, 200.0 * 200.0 * rays.samples, "image read back"},
+                      {"drr/fast/200", renderFast, probe.samples(), "image read back"}},
+                     rounds);
+  rows.push_back(rowOf("drr/fast/200/kernel", {kernel_ms.begin() + 1, kernel_ms.end()}));
+  rows.back().samples_per_second = probe.samples() / (rows.back().milliseconds_median * 1e-3);
+  rows.back().note = "the kernels alone, by their events";
+  return rows;
 }
 
 std::vector<BenchmarkRow> measureUpload(const std::shared_ptr<Device>& device, int rounds) {

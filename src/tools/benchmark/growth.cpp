@@ -1,0 +1,155 @@
+#include "tools/benchmark/growth.h"
+
+#include <map>
+
+#include "tools/benchmark/fast_step.h"
+#include "xray_registration/registration/fast_registrar.h"
+
+namespace xray_registration::tools {
+namespace {
+
+constexpr int kFixedSize = 256;  ///< Of whatever does not grow.
+
+AttenuationVolume volumeOf(int n) { return n <= 256 ? headScene(n) : doubled(headScene(n / 2)); }
+
+std::shared_ptr<Engine> engineOf(const std::shared_ptr<Device>& device, const AttenuationVolume& volume) {
+  auto engine = std::make_shared<Engine>(device);
+  engine->setVolume(volume);
+  return engine;
+}
+
+/// A step and a DRR of one scene.
+void addCases(const std::string& prefix, FastStep* step, MarchProbe* probe, std::vector<BenchmarkCase>* cases) {
+  const double samples = step->samples(probe);
+  cases->push_back({prefix + "/step", [step] { step->step(); }, samples, {}});
+  const auto render = [step] { step->engine().render(step->scene().camera, 0, step->scene().T_camera_ct); };
+  cases->push_back({prefix + "/drr", render, samples, {}});
+}
+
+std::vector<BenchmarkRow> growCt(const std::shared_ptr<Device>& device, MarchProbe* probe, int rounds, bool quick) {
+  std::vector<std::unique_ptr<FastStep>> steps;
+  std::vector<BenchmarkCase> cases;
+  for (int n = 64; n <= (quick ? 256 : 512); n *= 2) {
+    const AttenuationVolume volume = volumeOf(n);
+    steps.push_back(std::make_unique<FastStep>(engineOf(device, volume), fastScene(volume.grid, kFixedSize)));
+    addCases("growth/ct/" + std::to_string(n), steps.back().get(), probe, &cases);
+  }
+  return measureInTurns("CT size", cases, rounds);
+}
+
+std::vector<BenchmarkRow> growImage(const std::shared_ptr<Engine>& engine, const VolumeGrid& grid, MarchProbe* probe,
+                                    int rounds, bool quick) {
+  std::vector<std::unique_ptr<FastStep>> steps;
+  std::vector<BenchmarkCase> cases;
+  for (int n = 64; n <= (quick ? 256 : 1024); n *= 2) {
+    steps.push_back(std::make_unique<FastStep>(engine, fastScene(grid, n)));
+    addCases("growth/image/" + std::to_string(n), steps.back().get(), probe, &cases);
+  }
+  return measureInTurns("image size", cases, rounds);
+}
+
+/// The scene as a view sees it that stands `angle` around the CT; T_view_first goes with it.
+FastScene turnedScene(const FastScene& first, const Eigen::Vector3d& centre_ct_mm, double angle,
+                      RigidTransform* T_view_first) {
+  const Eigen::Translation3d centre(first.T_camera_ct * centre_ct_mm);
+  *T_view_first = RigidTransform(centre * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()) * centre.inverse());
+  FastScene scene = first;
+  scene.T_camera_ct = *T_view_first * first.T_camera_ct;
+  scene.T_camera_ct_true = *T_view_first * first.T_camera_ct_true;
+  return scene;
+}
+
+/// What a tracked frame of one registrar needs.
+struct Frame {
+  std::shared_ptr<FastRegistrar> registrar;
+  std::vector<ViewInput> views;
+  RigidTransform T_camera_ct_start = RigidTransform::Identity();
+
+  void run() { registrar->registerFrame(views, T_camera_ct_start, true); }
+  /// The cold start that a session begins with: tracked frames build on what it found.
+  void begin() { registrar->registerFrame(views, T_camera_ct_start, false); }
+};
+
+/// Half way between the scene's start and its truth: how far a patient moves between two frames.
+RigidTransform nearTruth(const FastScene& scene, const Eigen::Vector3d& centre_ct_mm) {
+  const Eigen::Quaterniond a(scene.T_camera_ct.linear());
+  const Eigen::Quaterniond b(scene.T_camera_ct_true.linear());
+  RigidTransform near = RigidTransform::Identity();
+  near.linear() = a.slerp(0.5, b).toRotationMatrix();
+  const Eigen::Vector3d centre = 0.5 * (scene.T_camera_ct * centre_ct_mm + scene.T_camera_ct_true * centre_ct_mm);
+  near.translation() = centre - near.linear() * centre_ct_mm;
+  return near;
+}
+
+ViewInput viewOf(Engine* engine, const FastScene& scene, const RigidTransform& T_view_first) {
+  ViewInput view;
+  view.camera = scene.camera;
+  view.attenuation = engine->render(scene.camera, 0, scene.T_camera_ct_true);
+  view.T_view_first = T_view_first;
+  return view;
+}
+
+std::vector<BenchmarkRow> growViews(const std::shared_ptr<Device>& device, const std::shared_ptr<Engine>& engine,
+                                    const AttenuationVolume& volume, MarchProbe* probe, int rounds) {
+  constexpr int kViews = 4;
+  const Eigen::Vector3d centre = volume.grid.centreCt();
+  const FastScene first = fastScene(volume.grid, kFixedSize);
+  auto registrar = std::make_shared<FastRegistrar>(device, RegistrarOptions{}, Logger{});
+  registrar->setVolume(volume);
+  std::vector<std::unique_ptr<FastStep>> steps;
+  std::vector<std::unique_ptr<Frame>> frames;
+  std::vector<BenchmarkCase> cases;
+  std::vector<ViewInput> views;
+  double samples = 0.0;
+  for (int count = 1; count <= kViews; ++count) {
+    RigidTransform T_view_first = RigidTransform::Identity();
+    const FastScene scene = turnedScene(first, centre, (count - 1) * EIGEN_PI / kViews, &T_view_first);
+    steps.push_back(std::make_unique<FastStep>(engine, scene));
+    samples += steps.back()->samples(probe);
+    views.push_back(viewOf(engine.get(), scene, T_view_first));
+    const auto stepAll = [&steps, count] {
+      for (int i = 0; i < count; ++i) steps[static_cast<std::size_t>(i)]->step();
+    };
+    const std::string prefix = "growth/views/" + std::to_string(count);
+    cases.push_back({prefix + "/step", stepAll, samples, {}});
+    frames.push_back(std::make_unique<Frame>(Frame{registrar, views, nearTruth(first, centre)}));
+    cases.push_back({prefix + "/frame", [frame = frames.back().get()] { frame->run(); }, 0.0, {}});
+  }
+  frames.back()->begin();
+  return measureInTurns("views", cases, rounds);
+}
+
+}  // namespace
+
+std::vector<BenchmarkRow> measureGrowth(const std::shared_ptr<Device>& device, int rounds, bool quick) {
+  MarchProbe probe(device);
+  std::vector<BenchmarkRow> rows = growCt(device, &probe, rounds, quick);
+  const AttenuationVolume volume = volumeOf(kFixedSize);
+  const auto engine = engineOf(device, volume);
+  for (const auto& part :
+       {growImage(engine, volume.grid, &probe, rounds, quick), growViews(device, engine, volume, &probe, rounds)}) {
+    rows.insert(rows.end(), part.begin(), part.end());
+  }
+  return rows;
+}
+
+std::vector<BenchmarkRow> measureFrames(const std::shared_ptr<Device>& device, int rounds, bool quick) {
+  std::vector<std::unique_ptr<Frame>> frames;
+  std::vector<BenchmarkCase> cases;
+  for (const int n : {256, 512}) {
+    if (n > 256 && quick) continue;
+    const AttenuationVolume volume = volumeOf(n);
+    const FastScene scene = fastScene(volume.grid, n);
+    auto registrar = std::make_shared<FastRegistrar>(device, RegistrarOptions{}, Logger{});
+    registrar->setVolume(volume);
+    frames.push_back(std::make_unique<Frame>(Frame{registrar,
+                                                   {viewOf(&registrar->engine(), scene, RigidTransform::Identity())},
+                                                   nearTruth(scene, volume.grid.centreCt())}));
+    frames.back()->begin();
+    cases.push_back({"frame/fast/" + std::to_string(n), [frame = frames.back().get()] { frame->run(); }, 0.0,
+                     "attenuation in memory to verdict"});
+  }
+  return measureInTurns("frames", cases, rounds);
+}
+
+}  // namespace xray_registration::tools

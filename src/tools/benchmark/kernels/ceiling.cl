@@ -1,0 +1,45 @@
+// What the march could reach at best. Compiled behind fast.cl's text: the rays, the plan, the positions and the loop
+// are fast.cl's own, so the access pattern stays the same when that one changes.
+
+#undef LOAD_SUMS
+#undef STORE_SUMS
+#define LOAD_SUMS uint s_bits = bits[r];
+#define STORE_SUMS bits[r] = s_bits;
+
+#define WORDS_PAIRED()                         \
+  const uint word0 = volume[index];            \
+  const uint word1 = volume[index + stride_q]; \
+  s_bits ^= word0 ^ word1;
+
+#define WORDS_SINGLE()                                         \
+  const uint word0 = volume[index];                            \
+  const uint word1 = volume[index + stride_p];                 \
+  const uint word2 = volume[index + stride_q];                 \
+  const uint word3 = volume[index + stride_p + stride_q];      \
+  s_bits ^= word0 ^ word1 ^ word2 ^ word3;
+
+// The interpolation's parts are not used here.
+#define ADD_NOTHING() (void)fp; (void)fq;
+
+// The march's loads and nothing else: no conversion, no interpolation, no derivatives.
+__kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
+void loads_only(__global const uint* volume, const Grid grid, __global const float* poses, __global const int4* plans,
+                const int tiles_x, const int tiles, __global uint* out) {
+  PREPARE_RAYS
+  float value[LANES];
+  uint bits[LANES];
+  for (int r = 0; r < LANES; ++r) {
+    value[r] = 0.0f;
+    bits[r] = 0u;
+  }
+  if (k == 2) MARCH(WORDS_SINGLE, ADD_NOTHING)
+  else MARCH(WORDS_PAIRED, ADD_NOTHING)
+  (void)part;
+  (void)pose_index;
+  for (int r = 0; r < LANES; ++r) out[get_group_id(0) * RAYS + first_ray + r] = bits[r] + (uint)value[r];
+}
+
+// Memory bandwidth: reads and writes each float once, `float16`s side by side.
+__kernel void copy(__global const float16* from, __global float16* to) {
+  to[get_global_id(0)] = from[get_global_id(0)];
+}
