@@ -19,6 +19,7 @@ struct Window {
 constexpr double kWorthCropping = 0.6;
 /// The solver's coarsest level needs a few tiles.
 constexpr int kSmallestWindow = 64;
+constexpr int kTile = 8;
 
 struct Range {
   double low = 0.0;
@@ -70,6 +71,22 @@ FloatImage weightsOf(const MaskImage& mask) {
   return weight;
 }
 
+/// Values without weight become the mean of the others: the device sums differences from a pixel that may be one of
+/// them, and metal or letters far off would cost the rest its digits.
+void hideUnweighted(const FloatImage& weight, FloatImage* attenuation) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i < weight.pixels.size(); ++i) {
+    if (weight.pixels[i] == 0.0F) continue;
+    sum += attenuation->pixels[i];
+    count += 1.0;
+  }
+  const float mean = count > 0.0 ? static_cast<float>(sum / count) : 0.0F;
+  for (std::size_t i = 0; i < weight.pixels.size(); ++i) {
+    if (weight.pixels[i] == 0.0F) attenuation->pixels[i] = mean;
+  }
+}
+
 }  // namespace
 
 PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm,
@@ -81,6 +98,8 @@ PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_ca
   prepared.attenuation = whole ? view.attenuation : cropped(view.attenuation, window);
   MaskImage mask =
       view.mask.empty() ? MaskImage(window.width, window.height, 1) : (whole ? view.mask : cropped(view.mask, window));
+  // At least a tile has to be left, however close the start pose puts the CT.
+  binning = std::min(binning, std::min(window.width, window.height) / kTile);
   if (binning > 1) {
     FloatImage binned;
     MaskImage binned_mask;
@@ -90,6 +109,7 @@ PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_ca
     mask = std::move(binned_mask);
   }
   prepared.weight = weightsOf(mask);
+  hideUnweighted(prepared.weight, &prepared.attenuation);
   return prepared;
 }
 

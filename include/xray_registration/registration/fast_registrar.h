@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -53,6 +54,8 @@ class FastRegistrar : public Registrar {
 
   int binningFor(const ViewInput& view, const RigidTransform& T_view_ct);
   std::vector<View> uploadViews(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start);
+  /// Small windows where the pose is already close: they follow scatter and shading best.
+  int finestSpan() const { return std::min(windowSpan(), 1); }
   int windowSpan() const { return options_.similarity == Similarity::kGainOffset ? 0 : 2; }
   /// The coarsest X-ray level on which the CT still has a shadow of some size.
   int coarsestLevel(const std::vector<View>& views, const RigidTransform& T_camera_ct);

@@ -11,12 +11,12 @@ enum class Similarity { kLocalNormalised, kGainOffset };
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
 struct AcceptOptions {
   double min_similarity = 0.54;
-  double sure_similarity = 0.75;  ///< Below it, a cold start is solved a second time and both must agree.
+  double sure_similarity = 0.8;  ///< Below it, a cold start is solved a second time and both must agree.
   double min_inlier_fraction = 0.3;
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
-  double max_disagreement_mm = 2.0;  ///< Between the two solves, in-plane, mean over 60 mm around the CT's centre.
+  double max_disagreement_mm = 1.0;  ///< Between the two solves, in-plane, mean over 60 mm around the CT's centre.
 };
 
 /// Tuning of both methods (parameters solver/…). Lengths in mm, angles in rad.

@@ -18,6 +18,7 @@ struct VerdictCues {
   double jump_mm = 0.0;   ///< CT centre, from the start.
   double jump_rad = 0.0;
   double search_range_mm = 0.0;  ///< Cold starts: further from the start than this is outside the search; 0: no bound.
+  double search_range_rad = 0.0;
   bool has_second_solve = false;
   double disagreement_mm = 0.0;  ///< Between the solves, in-plane, over the CT's box.
 };
