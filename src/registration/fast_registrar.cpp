@@ -496,9 +496,11 @@ void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResul
   cues.inlier_fraction = result->inlier_fraction;
   cues.condition_number = result->condition_number;
   cues.tracking = tracking;
-  // A search knows how far it looked; what the descent found far outside is another optimum.
-  cues.search_range_mm = tracking ? 0.0 : 2.0 * options_.search_translation_mm;
-  cues.search_range_rad = tracking ? 0.0 : 2.0 * options_.search_rotation_rad;
+  // A search knows how far it looked; what the descent found far outside, and is not sure, is another optimum.
+  if (!tracking && options_.search && cues.similarity < options_.accept.sure_similarity) {
+    cues.search_range_mm = 2.0 * options_.search_translation_mm;
+    cues.search_range_rad = 2.0 * options_.search_rotation_rad;
+  }
   cues.jump_mm = (centre - start * centreCt()).norm();
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, start);
   result->reason = reasonToRefuse(cues, options_.accept);

@@ -38,6 +38,11 @@ std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept)
     return sentence("the pose moved ", cues.jump_mm, " mm from the start, outside the range of ", cues.search_range_mm,
                     " mm that is searched");
   }
+  if (cues.search_range_rad > 0.0 && !(cues.jump_rad <= cues.search_range_rad)) {
+    return sentence("the pose turned ", cues.jump_rad * kDegreesPerRadian,
+                    " degrees from the start, outside the range of ", cues.search_range_rad * kDegreesPerRadian,
+                    " that is searched");
+  }
   if (cues.tracking && !(cues.jump_mm <= accept.max_jump_mm)) {
     return sentence("the pose jumped ", cues.jump_mm, " mm from the prediction, more than ", accept.max_jump_mm);
   }
