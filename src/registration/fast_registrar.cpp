@@ -421,8 +421,9 @@ FastRegistrar::Attempt FastRegistrar::confirmedSearch(std::vector<View>* views, 
     const int coarsest = i == 0 ? coarsest_level_ : std::max(coarsest_level_ - 1, 0);
     attempts.push_back(searchAndDescend(views, coarsest, start, 1 + i * options_.search_poses, steps));
     const GaussNewtonResult& latest = attempts.back().solution;
-    if (!latest.failed && latest.sums.similarity > attempts[best].solution.sums.similarity) best = attempts.size() - 1;
-    if (!options_.search || attempts[best].solution.sums.similarity >= options_.accept.sure_similarity) break;
+    if (!latest.failed && latest.likeness() > attempts[best].solution.likeness()) best = attempts.size() - 1;
+    *disagreement_mm = -1.0;  // A sure result needs no second one.
+    if (!options_.search || attempts[best].solution.likeness() >= options_.accept.sure_similarity) break;
     *disagreement_mm = std::numeric_limits<double>::max();
     for (std::size_t other = 0; other < attempts.size(); ++other) {
       if (other == best) continue;
@@ -478,7 +479,7 @@ void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResul
   cues.finite = solution.sums.finite() && solution.T_camera_ct.matrix().allFinite();
   if (cues.finite) {
     result->T_camera_ct = solution.T_camera_ct;
-    result->similarity = std::max(solution.sums.similarity, solution.coarser_similarity);
+    result->similarity = solution.likeness();
     result->inlier_fraction = solution.sums.inlier_fraction;
     result->condition_number = conditionNumber(solution.sums.matrix);
     result->residual =
@@ -503,7 +504,9 @@ void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResul
   }
   cues.jump_mm = (centre - start * centreCt()).norm();
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, start);
-  result->reason = reasonToRefuse(cues, options_.accept);
+  AcceptOptions accept = options_.accept;
+  if (views.size() == 1) accept.min_similarity = std::max(accept.min_similarity, accept.min_similarity_one_view);
+  result->reason = reasonToRefuse(cues, accept);
   result->accepted = result->reason.empty();
 }
 

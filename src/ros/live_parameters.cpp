@@ -5,6 +5,7 @@ namespace xray_registration {
 AcceptConfig toConfig(const AcceptOptions& options) {
   AcceptConfig config = AcceptConfig::__getDefault__();
   config.min_similarity = options.min_similarity;
+  config.min_similarity_one_view = options.min_similarity_one_view;
   config.sure_similarity = options.sure_similarity;
   config.min_inlier_fraction = options.min_inlier_fraction;
   config.max_condition_number = options.max_condition_number;
@@ -39,6 +40,7 @@ TrackingConfig toConfig(const TrackerOptions& options) {
 
 void apply(const AcceptConfig& config, AcceptOptions* options) {
   options->min_similarity = config.min_similarity;
+  options->min_similarity_one_view = config.min_similarity_one_view;
   options->sure_similarity = config.sure_similarity;
   options->min_inlier_fraction = config.min_inlier_fraction;
   options->max_condition_number = config.max_condition_number;

@@ -66,6 +66,7 @@ void readSync(const YAML::Node& tree, SyncParameters* sync) {
 void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
   ParameterGroup group(tree, "accept");
   group.number("min_similarity", -1.0, 1.0, &accept->min_similarity);
+  group.number("min_similarity_one_view", -1.0, 1.0, &accept->min_similarity_one_view);
   group.number("sure_similarity", -1.0, 1.0, &accept->sure_similarity);
   group.number("min_inlier_fraction", 0.0, 1.0, &accept->min_inlier_fraction);
   group.number("max_condition_number", 1.0, 1e15, &accept->max_condition_number);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct GaussNewtonOptions {
 };
 
 struct GaussNewtonResult {
+  /// The similarity of this stage or of the one before, whichever is larger: noise hides it on finer levels.
+  double likeness() const { return std::max(sums.similarity, coarser_similarity); }
+
   RigidTransform T_camera_ct = RigidTransform::Identity();
   StepSums sums;                     ///< At the result.
   bool converged = false;            ///< The last step was below stop_mm, or below max_untested_step_mm and taken.

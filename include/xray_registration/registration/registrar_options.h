@@ -11,7 +11,8 @@ enum class Similarity { kLocalNormalised, kGainOffset };
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
 struct AcceptOptions {
   double min_similarity = 0.54;
-  double sure_similarity = 0.8;  ///< Below it, a cold start is solved a second time and both must agree.
+  double min_similarity_one_view = 0.7;  ///< One view has more look-alikes than several.
+  double sure_similarity = 0.8;          ///< Below it, a cold start is solved a second time and both must agree.
   double min_inlier_fraction = 0.3;
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
