@@ -100,8 +100,9 @@ class Scene {
   std::filesystem::path path_;
 };
 
-// A single view sees well within its plane; there the bound is the project's measure of success. Along the beam it hardly
-// sees: the X-ray is of voxel boxes and the DRR interpolates, which with these coarse voxels is worth some millimetres.
+// A single view sees well within its plane; there the bound is the project's measure of success. Along the beam it
+// hardly sees: the X-ray is of voxel boxes and the DRR interpolates, which with these coarse voxels is worth some
+// millimetres.
 constexpr double kInplaneTolerance = 0.5;  // mm
 constexpr double kMtreTolerance = 6.0;     // mm
 

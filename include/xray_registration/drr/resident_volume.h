@@ -31,8 +31,8 @@ struct ResidentLevel {
   std::size_t bytes = 0;
 };
 
-/// The largest CT, in bytes of 16-bit voxels, that the device takes with its pyramid: packed words are twice as large and
-/// the finest level is one buffer; X-rays and other programs keep half of the memory.
+/// The largest CT, in bytes of 16-bit voxels, that the device takes with its pyramid: packed words are twice as large
+/// and the finest level is one buffer; X-rays and other programs keep half of the memory.
 std::size_t residentVoxelBytes(const Device& device);
 
 /// The CT's pyramid on the device, fine (0) to coarse.
