@@ -56,6 +56,8 @@ void drawPanel(cv::Mat* picture, int column, const std::string& title, const Pan
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (i > 0) panel.line(points[i - 1].size, points[i - 1].ms, points[i].size, points[i].ms, curve.colour, 2);
       panel.dot(points[i].size, points[i].ms, curve.colour, 4);
+      // The two curves over sizes lie too close for two rows of numbers.
+      if (x.logarithmic && &curve != &curves.front()) continue;
       char value[32];
       std::snprintf(value, sizeof value, "%.3g", points[i].ms);
       panel.text(points[i].size, points[i].ms, value, curve.colour);
