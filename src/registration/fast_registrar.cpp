@@ -361,14 +361,17 @@ GaussNewtonResult FastRegistrar::track(std::vector<View>* views, const RigidTran
   if (leave_out_unexplained_) weighViews(views, true, start);
   GaussNewtonResult solution;
   solution.T_camera_ct = start;
-  if (coarsest_level_ >= 1) {
+  // The tracked X-ray may be smaller than the one that the start was found in.
+  int coarsest = coarsest_level_;
+  for (const View& view : *views) coarsest = std::min(coarsest, static_cast<int>(view.xray.levels.size()) - 1);
+  if (coarsest >= 1) {
     solution = solveStage(*views, {1, windowSpan(), 8}, robust_scale2_, start, options_.max_steps_per_frame);
     *steps += solution.steps;
     if (solution.failed) return solution;
     for (View& view : *views) engine_.keepContrastTiles(&view.xray.levels.front(), kTrackedTiles);
   }
   const double coarser_similarity = solution.sums.similarity;
-  const int finest_steps = coarsest_level_ >= 1 ? kFinestTrackedSteps : 8;
+  const int finest_steps = coarsest >= 1 ? kFinestTrackedSteps : 8;
   solution = solveStage(*views, {0, finestSpan(), finest_steps}, robust_scale2_, solution.T_camera_ct,
                         options_.max_steps_per_frame - *steps);
   solution.coarser_similarity = coarser_similarity;
@@ -505,7 +508,10 @@ void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResul
   cues.jump_mm = (centre - start * centreCt()).norm();
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, start);
   AcceptOptions accept = options_.accept;
-  if (views.size() == 1) accept.min_similarity = std::max(accept.min_similarity, accept.min_similarity_one_view);
+  if (views.size() == 1) {
+    accept.min_similarity = std::max(accept.min_similarity, accept.min_similarity_one_view);
+    accept.min_inlier_fraction = std::max(accept.min_inlier_fraction, accept.min_inlier_fraction_one_view);
+  }
   result->reason = reasonToRefuse(cues, accept);
   result->accepted = result->reason.empty();
 }

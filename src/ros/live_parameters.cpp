@@ -8,6 +8,7 @@ AcceptConfig toConfig(const AcceptOptions& options) {
   config.min_similarity_one_view = options.min_similarity_one_view;
   config.sure_similarity = options.sure_similarity;
   config.min_inlier_fraction = options.min_inlier_fraction;
+  config.min_inlier_fraction_one_view = options.min_inlier_fraction_one_view;
   config.max_condition_number = options.max_condition_number;
   config.max_jump_mm = options.max_jump_mm;
   config.max_jump_rad = options.max_jump_rad;
@@ -43,6 +44,7 @@ void apply(const AcceptConfig& config, AcceptOptions* options) {
   options->min_similarity_one_view = config.min_similarity_one_view;
   options->sure_similarity = config.sure_similarity;
   options->min_inlier_fraction = config.min_inlier_fraction;
+  options->min_inlier_fraction_one_view = config.min_inlier_fraction_one_view;
   options->max_condition_number = config.max_condition_number;
   options->max_jump_mm = config.max_jump_mm;
   options->max_jump_rad = config.max_jump_rad;

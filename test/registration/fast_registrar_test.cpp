@@ -430,7 +430,7 @@ TEST_F(FastRegistrarTest, WithoutACtEveryFrameIsRefused) {
   expectRefused(fresh.registerFrame({*view_}, coldStart(), false), "no CT");
 }
 
-TEST_F(FastRegistrarTest, DISABLED_TinyImagesAreRefusedWithoutHarm) {
+TEST_F(FastRegistrarTest, TinyImagesAreRefusedWithoutHarm) {
   ASSERT_TRUE(registrar_->registerFrame({*view_}, coldStart(), false).accepted);
   for (const int side : {1, 3, 9, 40}) {
     ViewInput view;
@@ -441,7 +441,7 @@ TEST_F(FastRegistrarTest, DISABLED_TinyImagesAreRefusedWithoutHarm) {
   }
 }
 
-TEST_F(FastRegistrarTest, DISABLED_AnImageThatShrinksWhileTrackedIsStillFound) {
+TEST_F(FastRegistrarTest, AnImageThatShrinksWhileTrackedIsStillFound) {
   ASSERT_TRUE(registrar_->registerFrame({*view_}, coldStart(), false).accepted);
   // The tracked X-ray has one level only.
   ViewInput view = *view_;

@@ -55,10 +55,20 @@ TEST(SimulatedTime, JumpForgetsThePoseAndKeepsTheCt) {
   EXPECT_NE(probe.answer(ros::Time(seconds)).ct, "");
 
   ASSERT_TRUE(probe.setPose(scene.disturbed(scene.pose(0)), kFrame).success);
-  seconds += 0.1;
-  setClock(seconds);
-  status = publish(seconds);
-  ASSERT_TRUE(status.accepted) << status.reason;
+  // A frame may overtake its clock message, which looks like another jump: then the pose is given again.
+  ASSERT_TRUE(waitFor([&] {
+    seconds += 0.1;
+    setClock(seconds);
+    if (!waitFor([&] { return ros::Time::now() == ros::Time(seconds); }, 1.0)) return false;
+    const sensor_msgs::Image image = scene.image(scene.pose(0), ros::Time(seconds), kFrame);
+    probe.publish(image, scene.info(image.header));
+    waitFor([&] { return !probe.statuses(image.header.stamp).empty(); }, 1.0);
+    const std::vector<RegistrationStatus> answers = probe.statuses(image.header.stamp);
+    if (answers.empty()) return false;
+    status = answers[0];
+    if (status.state == RegistrationStatus::WAITING_FOR_POSE) probe.setPose(scene.disturbed(scene.pose(0)), kFrame);
+    return status.accepted != 0;
+  })) << status.reason;
   EXPECT_TRUE(waitFor([&] { return probe.transforms(status.header.stamp).size() == 1U; }));
 
   // The clock stands still now; the node must go on telling how it is.

@@ -14,6 +14,7 @@ struct AcceptOptions {
   double min_similarity_one_view = 0.7;  ///< One view has more look-alikes than several.
   double sure_similarity = 0.8;          ///< Below it, a cold start is solved a second time and both must agree.
   double min_inlier_fraction = 0.3;
+  double min_inlier_fraction_one_view = 0.75;
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
