@@ -56,6 +56,12 @@ std::vector<Case> cases() {
          c->jump_mm = 81.0;
        },
        {"from the start", "81", "66"}},
+      {"turned range",
+       [](VerdictCues* c) {
+         c->search_range_rad = 0.4;
+         c->jump_rad = 0.5;
+       },
+       {"degrees from the start", "28.6", "22.9"}},
       {"jump",
        [](VerdictCues* c) {
          c->tracking = true;
@@ -83,6 +89,7 @@ TEST(VerdictTest, GoodSolutionsPass) {
   tracked.tracking = true;
   tracked.has_second_solve = true;
   tracked.search_range_mm = 66.0;
+  tracked.search_range_rad = 0.4;
   EXPECT_EQ(reasonToRefuse(tracked, thresholds()), "");
 }
 
@@ -144,6 +151,7 @@ TEST(VerdictTest, WhatIsNotANumberNeverPasses) {
       [](VerdictCues* c) { c->tracking = true, c->jump_mm = kNan; },
       [](VerdictCues* c) { c->tracking = true, c->jump_rad = kNan; },
       [](VerdictCues* c) { c->search_range_mm = 60.0, c->jump_mm = kNan; },
+      [](VerdictCues* c) { c->search_range_rad = 0.4, c->jump_rad = kNan; },
       [](VerdictCues* c) { c->has_second_solve = true, c->disagreement_mm = kNan; },
   };
   for (std::size_t i = 0; i < spoilers.size(); ++i) {
