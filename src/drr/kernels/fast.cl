@@ -172,7 +172,7 @@ __kernel void plan(__global const uchar* occupancy, const Grid grid, __global co
 // sample lies between two air voxels, so value and derivatives are zero.
 //
 // For dominant axis k the cyclic in-slice axes are a = k + 1, b = k + 2. The pair axis z is b for k = 0, a for k = 1;
-// for k = 2 there is none and p = a.
+// for k = 2 there is none and p = a. The words of neighbours in x stand side by side: that is q for k = 1, p for k = 2.
 
 // What the chain rule needs of a ray besides the sums.
 typedef struct {
@@ -208,11 +208,25 @@ INLINE RayGeometry ray_geometry(__global const float* pose, int k, float u, floa
   const uint word1 = volume[index + stride_q];  \
   const float v00 = LOW(word0), v01 = HIGH(word0), v10 = LOW(word1), v11 = HIGH(word1);
 
-#define LOAD_SINGLE()                                 \
-  const float v00 = LOW(volume[index]);              \
-  const float v01 = LOW(volume[index + stride_p]);   \
-  const float v10 = LOW(volume[index + stride_q]);   \
-  const float v11 = LOW(volume[index + stride_p + stride_q]);
+// Words i and i + 1. A CPU gathers by the element, so one element of 64 bits is half the work; a GPU would want it
+// aligned.
+#if LANES > 1
+typedef ulong __attribute__((aligned(4))) TwoWords;
+#define LOAD_TWO(first, second, i)                                   \
+  const ulong first##_two = *(__global const TwoWords*)(volume + (i)); \
+  const uint first = (uint)first##_two, second = (uint)(first##_two >> 32);
+#else
+#define LOAD_TWO(first, second, i) const uint first = volume[i], second = volume[(i) + 1];
+#endif
+
+#define LOAD_PAIRED_AND_NEXT()      \
+  LOAD_TWO(word0, word1, index)     \
+  const float v00 = LOW(word0), v01 = HIGH(word0), v10 = LOW(word1), v11 = HIGH(word1);
+
+#define LOAD_SINGLE()                          \
+  LOAD_TWO(word00, word01, index)              \
+  LOAD_TWO(word10, word11, index + stride_q)   \
+  const float v00 = LOW(word00), v01 = LOW(word01), v10 = LOW(word10), v11 = LOW(word11);
 
 #define ACCUMULATE()                            \
   const float d0 = v01 - v00, d1 = v11 - v10;   \
@@ -230,8 +244,16 @@ INLINE RayGeometry ray_geometry(__global const float* pose, int k, float u, floa
   const float e1 = fma(fp, v11 - v10, v10);     \
   s_value += fma(fq, e1 - e0, e0);
 
+// Elements of 64 bits must not halve the width of everything else.
+#if LANES > 1 && defined(__clang__)
+#define WIDE_VECTORS _Pragma("clang loop vectorize_width(16)")
+#else
+#define WIDE_VECTORS
+#endif
+
 // One pass over the rays for UNROLL slices: the sums stay in registers in between.
 #define SLICES_OF(COUNT, LOAD, ADD)                          \
+  WIDE_VECTORS                                               \
   for (int r = 0; r < LANES; ++r) {                          \
     float s_value = value[r];                                \
     LOAD_SUMS                                                \
@@ -250,6 +272,13 @@ INLINE RayGeometry ray_geometry(__global const float* pose, int k, float u, floa
     int j = j_begin;                                                         \
     for (; j + UNROLL <= j_end; j += UNROLL) { SLICES_OF(UNROLL, LOAD, ADD) } \
     for (; j < j_end; ++j) { SLICES_OF(1, LOAD, ADD) }                       \
+  }
+
+#define MARCH_ALONG(K, ADD)                          \
+  {                                                  \
+    if (K == 2) MARCH(LOAD_SINGLE, ADD)              \
+    else if (K == 1) MARCH(LOAD_PAIRED_AND_NEXT, ADD) \
+    else MARCH(LOAD_PAIRED, ADD)                     \
   }
 
 // Everything a render kernel starts with: tile, plan, rays, this work-item's share of the slices.
@@ -303,8 +332,7 @@ void render(__global const uint* volume, const Grid grid, __global const float* 
   for (int r = 0; r < LANES; ++r) value[r] = 0.0f;
 #define LOAD_SUMS
 #define STORE_SUMS
-  if (k == 2) MARCH(LOAD_SINGLE, ACCUMULATE_VALUE)
-  else MARCH(LOAD_PAIRED, ACCUMULATE_VALUE)
+  MARCH_ALONG(k, ACCUMULATE_VALUE)
 #undef LOAD_SUMS
 #undef STORE_SUMS
 #if SPLIT > 1
@@ -336,8 +364,7 @@ void render(__global const uint* volume, const Grid grid, __global const float* 
   for (int r = 0; r < LANES; ++r) {                                                   \
     value[r] = sum_dp[r] = sum_dq[r] = sum_jdp[r] = sum_jdq[r] = 0.0f;                \
   }                                                                                   \
-  if (k == 2) MARCH(LOAD_SINGLE, ACCUMULATE)                                          \
-  else MARCH(LOAD_PAIRED, ACCUMULATE)
+  MARCH_ALONG(k, ACCUMULATE)
 
 #if SPLIT > 1
 #define JOIN_PARTS                                                     \

@@ -11,12 +11,14 @@
   const uint word1 = volume[index + stride_q]; \
   s_bits ^= word0 ^ word1;
 
-#define WORDS_SINGLE()                                         \
-  const uint word0 = volume[index];                            \
-  const uint word1 = volume[index + stride_p];                 \
-  const uint word2 = volume[index + stride_q];                 \
-  const uint word3 = volume[index + stride_p + stride_q];      \
-  s_bits ^= word0 ^ word1 ^ word2 ^ word3;
+#define WORDS_PAIRED_AND_NEXT()  \
+  LOAD_TWO(word0, word1, index)  \
+  s_bits ^= word0 ^ word1;
+
+#define WORDS_SINGLE()                       \
+  LOAD_TWO(word00, word01, index)            \
+  LOAD_TWO(word10, word11, index + stride_q) \
+  s_bits ^= word00 ^ word01 ^ word10 ^ word11;
 
 // The interpolation's parts are not used here.
 #define ADD_NOTHING() (void)fp; (void)fq;
@@ -33,6 +35,7 @@ void loads_only(__global const uint* volume, const Grid grid, __global const flo
     bits[r] = 0u;
   }
   if (k == 2) MARCH(WORDS_SINGLE, ADD_NOTHING)
+  else if (k == 1) MARCH(WORDS_PAIRED_AND_NEXT, ADD_NOTHING)
   else MARCH(WORDS_PAIRED, ADD_NOTHING)
   (void)part;
   (void)pose_index;
