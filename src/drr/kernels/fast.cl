@@ -267,10 +267,39 @@ typedef ulong __attribute__((aligned(4))) TwoWords;
   }
 #define UNROLL 4
 
+// A CT that is larger than the caches is waited for: slices lie pages apart, which no hardware foresees. So a CPU asks
+// for what it will need; OpenCL's own prefetch() may do nothing. A cache line is 16 words.
+#if LANES > 1 && defined(__clang__)
+#define PREFETCH_WORDS (1 << 22)
+#define PREFETCH_POINT(r, slice)                                                            \
+  {                                                                                         \
+    const int next = min(slice, j_end - 1);                                                 \
+    const float t = (float)next - centre_k;                                                 \
+    const int ip = (int)clamp(fma(t, m_p[r], p_c[r]), 0.0f, p_max);                         \
+    const int iq = (int)clamp(fma(t, m_q[r], q_c[r]), 0.0f, q_max);                         \
+    __global const uint* word = volume + (ip * stride_p + iq * stride_q + next * stride_k); \
+    __builtin_prefetch((const void*)(ulong)word);                                           \
+  }
+// Along x a line holds 16 slices of one ray: a quarter of the rays each time. Else it holds a row of the tile: the rows'
+// ends, for every slice.
+#define PREFETCH_AFTER(j)                                                                               \
+  if (grid.size_x * grid.size_y * grid.size_z > PREFETCH_WORDS) {                                       \
+    for (int point = 0; point < 16; ++point) {                                                          \
+      if (k == 0) PREFETCH_POINT(4 * point + ((j) / UNROLL & 3), (j) + 16)                              \
+      else for (int i = 0; i < UNROLL; ++i) PREFETCH_POINT((point >> 1) * 8 + (point & 1) * 7, (j) + UNROLL + i) \
+    }                                                                                                   \
+  }
+#else
+#define PREFETCH_AFTER(j)
+#endif
+
 #define MARCH(LOAD, ADD)                                                     \
   {                                                                          \
     int j = j_begin;                                                         \
-    for (; j + UNROLL <= j_end; j += UNROLL) { SLICES_OF(UNROLL, LOAD, ADD) } \
+    for (; j + UNROLL <= j_end; j += UNROLL) {                               \
+      PREFETCH_AFTER(j)                                                      \
+      SLICES_OF(UNROLL, LOAD, ADD)                                           \
+    }                                                                        \
     for (; j < j_end; ++j) { SLICES_OF(1, LOAD, ADD) }                       \
   }
 
