@@ -35,7 +35,8 @@ double medianOf(std::vector<double> values);
 /// Median, p95 and p99 of times of the same thing.
 BenchmarkRow rowOf(const std::string& name, std::vector<double> milliseconds);
 
-/// Runs all cases once to warm up, then in turns, `rounds` times: a disturbance of the machine hits all of them alike.
+/// Runs all cases in turns, `rounds` times: a disturbance of the machine hits all of them alike. A turn is an untimed
+/// run, then timed ones for 20 ms, one at least: in use a step follows a step, a frame a frame.
 std::vector<BenchmarkRow> measureInTurns(const std::string& title, const std::vector<BenchmarkCase>& cases, int rounds);
 
 }  // namespace xray_registration::tools
