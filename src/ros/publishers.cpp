@@ -11,8 +11,9 @@ namespace xray_registration {
 
 Publishers::Publishers(ros::NodeHandle private_node, const NodeParameters& parameters)
     : frames_(parameters.frames), drr_encoding_(parameters.drr_encoding) {
-  // Deep enough that a burst of refused frames is told in full.
-  status_ = private_node.advertise<RegistrationStatus>("status", 100);
+  // A status is small, and every frame has one: a burst of frames that come faster than the network thread writes (one
+  // of 150 lost statuses in a queue of 100) is told in full.
+  status_ = private_node.advertise<RegistrationStatus>("status", 1000);
   pose_ = private_node.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10);
   surface_ = private_node.advertise<visualization_msgs::Marker>("ct_surface", 1, true);
   image_transport::ImageTransport transport(private_node);
