@@ -16,9 +16,10 @@ namespace xray_registration {
 
 namespace {
 
-// Two images and their CameraInfos: an image that is being paired must not be lost to the next.
-constexpr int kQueueSize = 2;
-constexpr int kInfoQueueSize = 8;
+// What roscpp's own queue loses is counted by nobody. The callback only pairs and stores, so a queue this deep is empty
+// again at once, and it is the mailbox that replaces frames and counts them.
+constexpr int kQueueSize = 8;
+constexpr int kInfoQueueSize = 32;
 constexpr double kWatchPeriod = 0.1;        // s, on the wall
 constexpr double kDiagnosticsPeriod = 1.0;  // s, on the wall: goes on while a simulated clock stands
 
