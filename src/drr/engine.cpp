@@ -44,6 +44,25 @@ cl::NDRange paddedRange(int items) {
 
 int tilesFor(int pixels) { return (pixels + kTile - 1) / kTile; }
 
+/// Of one image of floats.
+std::size_t bytesOf(const XrayCamera& camera) {
+  return sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+}
+
+/// Standard deviation of the pixels with weight; above zero.
+double deviationOf(const FloatImage& image, const FloatImage& weight) {
+  double sum = 0.0;
+  double sum2 = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const double w = weight.pixels[i] > 0.0F ? 1.0 : 0.0;
+    sum += w * image.pixels[i];
+    sum2 += w * image.pixels[i] * image.pixels[i];
+    count += w;
+  }
+  return count > 0.0 ? std::sqrt(std::max(sum2 / count - sum * sum / (count * count), 1e-12)) : 1.0;
+}
+
 /// cl::Error → DeviceError with the step's name.
 template <typename Work>
 auto guarded(const Device& device, const char* what, Work&& work) -> decltype(work()) {
@@ -139,15 +158,13 @@ void Engine::setVolume(const AttenuationVolume& volume) {
   volume_ = std::make_unique<ResidentVolume>(device_.get(), volume);
 }
 
-ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera) {
+ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera, const cl::Buffer& attenuation) {
   ResidentXray::Level level;
   level.camera = camera;
   level.tiles_x = tilesFor(camera.width);
   level.tiles_y = tilesFor(camera.height);
-  const std::size_t bytes =
-      sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-  level.attenuation = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
-  level.weight = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+  level.attenuation = attenuation;
+  level.weight = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytesOf(camera));
   level.contrast =
       cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(float) * static_cast<std::size_t>(level.tiles()));
   level.used_tiles =
@@ -205,10 +222,8 @@ void Engine::halveAll(ResidentXray* xray) {
 
 void Engine::restoreWeights(ResidentXray* xray) {
   guarded(*device_, "weighing the X-ray", [&] {
-    const XrayCamera& camera = xray->levels.front().camera;
-    device_->solveQueue().enqueueCopyBuffer(
-        xray->mask, xray->levels.front().weight, 0, 0,
-        sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+    const ResidentXray::Level& finest = xray->levels.front();
+    device_->solveQueue().enqueueCopyBuffer(xray->mask, finest.weight, 0, 0, bytesOf(finest.camera));
     halveAll(xray);
   });
 }
@@ -259,33 +274,34 @@ double Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_came
   });
 }
 
-ResidentXray Engine::upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) {
+StagedXray Engine::stage(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) const {
   return guarded(*device_, "uploading the X-ray", [&] {
-    cl::CommandQueue& queue = device_->solveQueue();
-    ResidentXray xray;
-    double sum = 0.0;
-    double sum2 = 0.0;
-    double count = 0.0;
-    for (std::size_t i = 0; i < attenuation.pixels.size(); ++i) {
-      const double w = weight.pixels[i] > 0.0F ? 1.0 : 0.0;
-      sum += w * attenuation.pixels[i];
-      sum2 += w * attenuation.pixels[i] * attenuation.pixels[i];
-      count += w;
-    }
-    if (count > 0.0) xray.deviation = std::sqrt(std::max(sum2 / count - sum * sum / (count * count), 1e-12));
-
-    ResidentXray::Level finest = newXrayLevel(camera);
+    StagedXray staged;
+    staged.camera = camera;
+    staged.deviation = deviationOf(attenuation, weight);
     const std::size_t bytes = sizeof(float) * attenuation.pixels.size();
-    xray.mask = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
-    queue.enqueueWriteBuffer(finest.attenuation, CL_FALSE, 0, bytes, attenuation.pixels.data());
-    queue.enqueueWriteBuffer(xray.mask, CL_FALSE, 0, bytes, weight.pixels.data());
-    queue.enqueueCopyBuffer(xray.mask, finest.weight, 0, 0, bytes);
-    xray.levels.push_back(finest);
+    staged.attenuation = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+    staged.mask = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+    cl::CommandQueue& queue = device_->uploadQueue();
+    queue.enqueueWriteBuffer(staged.attenuation, CL_FALSE, 0, bytes, attenuation.pixels.data());
+    queue.enqueueWriteBuffer(staged.mask, CL_FALSE, 0, bytes, weight.pixels.data());
+    // The host images may go away, and the other queue may read from now on.
+    queue.finish();
+    return staged;
+  });
+}
+
+ResidentXray Engine::upload(const StagedXray& staged) {
+  return guarded(*device_, "uploading the X-ray", [&] {
+    ResidentXray xray;
+    xray.deviation = staged.deviation;
+    xray.mask = staged.mask;
+    xray.levels.push_back(newXrayLevel(staged.camera, staged.attenuation));
     while (std::min(xray.levels.back().camera.width, xray.levels.back().camera.height) >= 2 * kSmallestSide) {
-      xray.levels.push_back(newXrayLevel(xray.levels.back().camera.binned(2)));
+      const XrayCamera half = xray.levels.back().camera.binned(2);
+      xray.levels.push_back(newXrayLevel(half, cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytesOf(half))));
     }
-    halveAll(&xray);
-    queue.finish();  // The host images may go away.
+    restoreWeights(&xray);
     return xray;
   });
 }
@@ -412,68 +428,41 @@ std::vector<float> Engine::windowCorrelations() {
 }
 
 FloatImage Engine::render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) {
-  return guarded(*device_, "rendering a DRR", [&] {
-    return renderTiles(camera, volume_level, T_camera_ct, allTiles(tilesFor(camera.width) * tilesFor(camera.height)));
-  });
-}
-
-FloatImage Engine::renderTiles(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct,
-                               const cl::Buffer& used_tiles) {
-  cl::CommandQueue& queue = device_->solveQueue();
-  const ResidentLevel& ct = level(volume_level);
-  const int tiles_x = tilesFor(camera.width);
-  const int tiles = tiles_x * tilesFor(camera.height);
-  Kernels& k = kernels(chooseSplit(tiles));
-  uploadPoses(ct, camera, {T_camera_ct});
-  planTiles(&kernels(1), ct, tiles_x, tiles, 1, used_tiles);
-  FloatImage image(camera.width, camera.height);
-  k.render.setArg(0, ct.words);
-  k.render.setArg(1, ct.grid);
-  k.render.setArg(2, poses_.buffer);
-  k.render.setArg(3, plans_.buffer);
-  k.render.setArg(4, tiles_x);
-  k.render.setArg(5, tiles);
-  k.render.setArg(6, camera.width);
-  k.render.setArg(7, camera.height);
-  k.render.setArg(8, scratch(&image_, sizeof(float) * image.pixels.size()));
-  queue.enqueueNDRangeKernel(k.render, cl::NullRange, cl::NDRange(static_cast<std::size_t>(tiles) * k.items_per_tile),
-                             cl::NDRange(k.items_per_tile), nullptr, &march_event_);
-  queue.enqueueReadBuffer(image_.buffer, CL_TRUE, 0, sizeof(float) * image.pixels.size(), image.pixels.data());
-  return image;
+  return renderImages(&Kernels::render, 1, camera, volume_level, T_camera_ct).front();
 }
 
 std::vector<FloatImage> Engine::renderWithDerivatives(const XrayCamera& camera, int volume_level,
                                                       const RigidTransform& T_camera_ct) {
-  return guarded(*device_, "rendering derivatives", [&] {
+  return renderImages(&Kernels::render_derivatives, 7, camera, volume_level, T_camera_ct);
+}
+
+std::vector<FloatImage> Engine::renderImages(cl::Kernel Kernels::*kernel, std::size_t count, const XrayCamera& camera,
+                                             int volume_level, const RigidTransform& T_camera_ct) {
+  return guarded(*device_, "rendering a DRR", [&] {
     cl::CommandQueue& queue = device_->solveQueue();
     const ResidentLevel& ct = level(volume_level);
     const int tiles_x = tilesFor(camera.width);
     const int tiles = tiles_x * tilesFor(camera.height);
-    const int split = chooseSplit(tiles);
-    Kernels& k = kernels(split);
+    Kernels& k = kernels(chooseSplit(tiles));
     const cl::Buffer& all_tiles = allTiles(tiles);
     uploadPoses(ct, camera, {T_camera_ct});
     planTiles(&kernels(1), ct, tiles_x, tiles, 1, all_tiles);
-    const std::size_t pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-    k.render_derivatives.setArg(0, ct.words);
-    k.render_derivatives.setArg(1, ct.grid);
-    k.render_derivatives.setArg(2, poses_.buffer);
-    k.render_derivatives.setArg(3, plans_.buffer);
-    k.render_derivatives.setArg(4, tiles_x);
-    k.render_derivatives.setArg(5, tiles);
-    k.render_derivatives.setArg(6, camera.width);
-    k.render_derivatives.setArg(7, camera.height);
-    k.render_derivatives.setArg(8, scratch(&image_, 7 * sizeof(float) * pixels));
-    const std::size_t group_size = k.items_per_tile;
-    queue.enqueueNDRangeKernel(k.render_derivatives, cl::NullRange,
-                               cl::NDRange(static_cast<std::size_t>(tiles) * group_size), cl::NDRange(group_size),
-                               nullptr, &march_event_);
-    std::vector<FloatImage> images;
-    for (std::size_t i = 0; i < 7; ++i) {
-      FloatImage image(camera.width, camera.height);
-      queue.enqueueReadBuffer(image_.buffer, CL_TRUE, i * sizeof(float) * pixels, sizeof(float) * pixels,
-                              image.pixels.data());
-      images.push_back(std::move(image));
+    std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
+    const std::size_t bytes = sizeof(float) * images.front().pixels.size();
+    cl::Kernel& march = k.*kernel;
+    march.setArg(0, ct.words);
+    march.setArg(1, ct.grid);
+    march.setArg(2, poses_.buffer);
+    march.setArg(3, plans_.buffer);
+    march.setArg(4, tiles_x);
+    march.setArg(5, tiles);
+    march.setArg(6, camera.width);
+    march.setArg(7, camera.height);
+    march.setArg(8, scratch(&image_, count * bytes));
+    queue.enqueueNDRangeKernel(march, cl::NullRange, cl::NDRange(static_cast<std::size_t>(tiles) * k.items_per_tile),
+                               cl::NDRange(k.items_per_tile), nullptr, &march_event_);
+    for (std::size_t i = 0; i < count; ++i) {
+      queue.enqueueReadBuffer(image_.buffer, CL_TRUE, i * bytes, bytes, images[i].pixels.data());
     }
     return images;
   });

@@ -2,11 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "registration/frame_checks.h"
 #include "registration/view_preparation.h"
 #include "xray_registration/drr/self_test.h"
 #include "xray_registration/registration/verdict.h"
@@ -15,16 +15,12 @@
 namespace xray_registration {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double millisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 /// Radius about the centre over which motion is measured: an organ's size.
 constexpr double kTargetRadiusMm = 60.0;
 /// How far beyond the CT's sphere a start may be off and its projection still be in the crop.
 constexpr double kCropMarginMm = 15.0;
+/// How far of that margin the CT may move between staging an X-ray and registering it.
+constexpr double kStagedMotionMm = 5.0;
 /// Line integral of unexplained tissue (5 cm of water) that halves a ray's weight.
 constexpr double kUnexplainedLimit = 1.0;
 /// Deviations below this part of the image's own count as flat.
@@ -40,30 +36,15 @@ constexpr int kFinestTrackedSteps = 2;
 /// Pixels of CT shadow that a level needs: half a dozen tiles, or windows hold more of the rest than of the CT.
 constexpr double kSmallestShadow = 400.0;
 
-/// The scale of the normal matrix: rotation as motion at the target radius.
-Matrix6d scaledToTargets(const Matrix6d& matrix) {
-  Twist scale;
-  scale << 1.0, 1.0, 1.0, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm;
-  return scale.asDiagonal() * matrix * scale.asDiagonal();
-}
-
-double conditionNumber(const Matrix6d& matrix) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(matrix), Eigen::EigenvaluesOnly);
-  const double smallest = eigen.eigenvalues()[0];
-  return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
-}
-
 /// A⁻¹ B A⁻¹ (P. J. Huber, 1967): A the curvature, B the variance of the gradient, from the scatter of the windows'
 /// own gradients, so that noise, its correlation inside a window and model errors are all in it. Each tile stands in
 /// span² windows, whose gradients therefore move together.
 Matrix6d covarianceOf(const StepSums& sums, int span) {
-  Twist scale;
-  scale << 1.0, 1.0, 1.0, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm, 1.0 / kTargetRadiusMm;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToTargets(sums.matrix));
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToRadius(sums.matrix, kTargetRadiusMm));
   if (eigen.info() != Eigen::Success || !(eigen.eigenvalues()[0] > 0.0)) return Matrix6d::Zero();
   const Matrix6d scaled_inverse =
       eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
-  const Matrix6d inverse = scale.asDiagonal() * scaled_inverse * scale.asDiagonal();
+  const Matrix6d inverse = scaledToRadius(scaled_inverse, kTargetRadiusMm);
   const double overlap = std::max(1, span * span);
   // Gradients at the optimum are smaller than at the truth: six parameters were fitted to them (J. G. MacKinnon, H.
   // White, 1985). Tiles of 64 pixels are what is independent.
@@ -109,25 +90,28 @@ double halton(int index, int base) {
   return result;
 }
 
-std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform& start) {
-  if (views.empty()) return "no view was given";
-  if (!start.matrix().allFinite()) return "the start pose is not finite";
-  for (const ViewInput& view : views) {
-    const std::string problem = view.camera.problem();
-    if (!problem.empty()) return problem;
-    if (view.attenuation.width != view.camera.width || view.attenuation.height != view.camera.height) {
-      return "the X-ray's size disagrees with its camera's";
-    }
-    if (!view.mask.empty() && (view.mask.width != view.camera.width || view.mask.height != view.camera.height)) {
-      return "the mask's size disagrees with the X-ray's";
-    }
-    const std::vector<float>& pixels = view.attenuation.pixels;
-    if (!std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); })) {
-      return "the X-ray holds values that are not finite";
-    }
-  }
-  return {};
+/// The point's pixel lies in the image or at most half an image beside it.
+bool isInView(const Eigen::Vector3d& point_camera_mm, const XrayCamera& camera) {
+  if (!(point_camera_mm.z() > 0.0)) return false;
+  const Eigen::Vector2d pixel = camera.project(point_camera_mm);
+  return pixel.x() > -0.5 * camera.width && pixel.x() < 1.5 * camera.width && pixel.y() > -0.5 * camera.height &&
+         pixel.y() < 1.5 * camera.height;
 }
+
+/// Pixels with CT behind them.
+double shadowPixels(const FloatImage& drr) {
+  return static_cast<double>(
+      std::count_if(drr.pixels.begin(), drr.pixels.end(), [](float value) { return value > 0.0F; }));
+}
+
+/// A view that was cropped, binned and transferred before its turn.
+struct ViewOnDevice : StagedView {
+  std::shared_ptr<Device> device;
+  Eigen::Vector3d centre_camera_mm;  ///< What the crop is around.
+  double radius_mm = 0.0;
+  int binning = 1;
+  StagedXray xray;
+};
 
 }  // namespace
 
@@ -141,6 +125,7 @@ bool FastRegistrar::setOptions(const RegistrarOptions& options) {
 }
 
 void FastRegistrar::setVolume(const AttenuationVolume& volume) {
+  expect({});
   selfTest(&engine_);
   const std::size_t budget = residentVoxelBytes(*device_);
   if (volume.values.size() * sizeof(std::uint16_t) > budget) {
@@ -160,10 +145,9 @@ int FastRegistrar::binningFor(const ViewInput& view, const RigidTransform& T_vie
   constexpr int kPreviewSide = 64;
   const int preview = std::max(1, std::min(view.camera.width, view.camera.height) / kPreviewSide);
   const XrayCamera camera = view.camera.binned(preview);
-  const double depth_mm = std::max((T_view_ct * centreCt()).z(), 1.0);
-  const FloatImage drr = engine_.render(camera, engine_.volume().levelFor(camera.pixelSizeAt(depth_mm)), T_view_ct);
-  const auto covered = std::count_if(drr.pixels.begin(), drr.pixels.end(), [](float value) { return value > 0.0F; });
-  const double shadow = static_cast<double>(covered) * preview * preview;
+  const double depth_mm = depthOf(T_view_ct);
+  const double shadow =
+      shadowPixels(engine_.render(camera, volumeLevel(camera, T_view_ct), T_view_ct)) * preview * preview;
   // Nor is there anything to see far below the voxels' size, or in an image that takes longer to bin than to register.
   const double finest_useful_mm = 0.3 * engine_.volume().levels().front().spacing_mm;
   const double factor = std::max({std::sqrt(shadow / options_.max_image_pixels),
@@ -172,30 +156,60 @@ int FastRegistrar::binningFor(const ViewInput& view, const RigidTransform& T_vie
   return std::max(1, static_cast<int>(std::ceil(factor - 1e-9)));
 }
 
-std::vector<FastRegistrar::View> FastRegistrar::uploadViews(const std::vector<ViewInput>& views,
-                                                            const RigidTransform& T_camera_ct_start) {
-  std::vector<View> resident;
-  for (const ViewInput& view : views) {
-    const Eigen::Vector3d centre = view.T_view_first * T_camera_ct_start * centreCt();
-    const PreparedView prepared = prepareView(view, centre, engine_.volume().radiusMm() + kCropMarginMm,
-                                              binningFor(view, view.T_view_first * T_camera_ct_start));
-    View on_device;
-    on_device.xray = engine_.upload(prepared.camera, prepared.attenuation, prepared.weight);
-    on_device.T_view_first = view.T_view_first;
-    on_device.twist_carried = twistCarriedBy(view.T_view_first);
-    resident.push_back(std::move(on_device));
+std::shared_ptr<const StagedView> FastRegistrar::stage(const ViewInput& view, std::size_t index) const {
+  ExpectedView expected;
+  {
+    const std::lock_guard<std::mutex> lock(expected_mutex_);
+    if (index >= expected_.size()) return nullptr;
+    expected = expected_[index];
   }
-  return resident;
+  // Another camera needs another crop; a frame that is wrong in itself is refused when its turn comes.
+  if (expected.camera != view.camera || !problemOf(view).empty()) return nullptr;
+  auto staged = std::make_shared<ViewOnDevice>();
+  staged->device = device_;
+  staged->centre_camera_mm = expected.centre_camera_mm;
+  staged->radius_mm = expected.radius_mm;
+  staged->binning = expected.binning;
+  const PreparedView prepared =
+      prepareView(view, expected.centre_camera_mm, expected.radius_mm + kCropMarginMm, expected.binning);
+  staged->xray = engine_.stage(prepared.camera, prepared.attenuation, prepared.weight);
+  return staged;
+}
+
+void FastRegistrar::expect(std::vector<ExpectedView> views) {
+  const std::lock_guard<std::mutex> lock(expected_mutex_);
+  expected_ = std::move(views);
+}
+
+FastRegistrar::View FastRegistrar::uploadView(const ViewInput& view, const RigidTransform& T_camera_ct_start) {
+  const RigidTransform T_view_ct = view.T_view_first * T_camera_ct_start;
+  const Eigen::Vector3d centre = T_view_ct * centreCt();
+  const double radius_mm = engine_.volume().radiusMm();
+  View on_device;
+  on_device.camera = view.camera;
+  on_device.T_view_first = view.T_view_first;
+  on_device.twist_carried = twistCarriedBy(view.T_view_first);
+  const auto* staged = dynamic_cast<const ViewOnDevice*>(view.staged.get());
+  // The crop has a margin: the CT may have moved a little since.
+  if (staged != nullptr && staged->device == device_ && staged->radius_mm == radius_mm &&
+      (staged->centre_camera_mm - centre).norm() < kStagedMotionMm) {
+    on_device.binning = staged->binning;
+    on_device.xray = engine_.upload(staged->xray);
+  } else {
+    on_device.binning = binningFor(view, T_view_ct);
+    const PreparedView prepared = prepareView(view, centre, radius_mm + kCropMarginMm, on_device.binning);
+    on_device.xray = engine_.upload(prepared.camera, prepared.attenuation, prepared.weight);
+  }
+  return on_device;
 }
 
 int FastRegistrar::coarsestLevel(const std::vector<View>& views, const RigidTransform& T_camera_ct) {
   int coarsest = std::numeric_limits<int>::max();
   for (const View& view : views) {
     int level = static_cast<int>(view.xray.levels.size()) - 1;
-    const FloatImage drr = engine_.render(view.xray.levels[static_cast<std::size_t>(level)].camera,
-                                          volumeLevel(view, level, T_camera_ct), view.T_view_first * T_camera_ct);
-    double pixels = static_cast<double>(
-        std::count_if(drr.pixels.begin(), drr.pixels.end(), [](float value) { return value > 0.0F; }));
+    const RigidTransform T_view_ct = view.T_view_first * T_camera_ct;
+    const XrayCamera& camera = view.level(level).camera;
+    double pixels = shadowPixels(engine_.render(camera, volumeLevel(camera, T_view_ct), T_view_ct));
     for (; level > 0 && pixels < kSmallestShadow; --level) pixels *= 4.0;
     coarsest = std::min(coarsest, level);
   }
@@ -212,10 +226,12 @@ std::vector<FastRegistrar::Stage> FastRegistrar::stages(int coarsest) const {
   return stages;
 }
 
-int FastRegistrar::volumeLevel(const View& view, int level, const RigidTransform& T_camera_ct) const {
-  const double depth_mm = (view.T_view_first * T_camera_ct * centreCt()).z();
-  const XrayCamera& camera = view.xray.levels[static_cast<std::size_t>(level)].camera;
-  return engine_.volume().levelFor(camera.pixelSizeAt(std::max(depth_mm, 1.0)));
+double FastRegistrar::depthOf(const RigidTransform& T_camera_ct) const {
+  return std::max((T_camera_ct * centreCt()).z(), 1.0);
+}
+
+int FastRegistrar::volumeLevel(const XrayCamera& camera, const RigidTransform& T_view_ct) const {
+  return engine_.volume().levelFor(camera.pixelSizeAt(depthOf(T_view_ct)));
 }
 
 WindowOptions FastRegistrar::windowOptions(const View& view, const Stage& stage, double robust_scale2) const {
@@ -240,8 +256,8 @@ std::vector<StepSums> FastRegistrar::evaluateMany(const std::vector<View>& views
   for (const View& view : views) {
     std::vector<RigidTransform> T_view_ct;
     for (const RigidTransform& pose : T_camera_ct) T_view_ct.push_back(view.T_view_first * pose);
-    const std::vector<StepSums> sums = engine_.evaluate(view.xray.levels[static_cast<std::size_t>(stage.level)],
-                                                        volumeLevel(view, stage.level, T_camera_ct.front()), T_view_ct,
+    const ResidentXray::Level& xray = view.level(stage.level);
+    const std::vector<StepSums> sums = engine_.evaluate(xray, volumeLevel(xray.camera, T_view_ct.front()), T_view_ct,
                                                         windowOptions(view, stage, robust_scale2));
     for (std::size_t i = 0; i < totals.size(); ++i) addView(sums[i], view.twist_carried, &totals[i]);
   }
@@ -258,9 +274,9 @@ double FastRegistrar::robustScale(const std::vector<View>& views, const Stage& s
   if (!options_.robust_weights || stage.span == 0) return kNotRobust;
   std::vector<float> errors;
   for (const View& view : views) {
-    engine_.evaluate(view.xray.levels[static_cast<std::size_t>(stage.level)],
-                     volumeLevel(view, stage.level, T_camera_ct), {view.T_view_first * T_camera_ct},
-                     windowOptions(view, stage, kNotRobust));
+    const ResidentXray::Level& xray = view.level(stage.level);
+    const RigidTransform T_view_ct = view.T_view_first * T_camera_ct;
+    engine_.evaluate(xray, volumeLevel(xray.camera, T_view_ct), {T_view_ct}, windowOptions(view, stage, kNotRobust));
     for (const float correlation : engine_.windowCorrelations()) {
       if (correlation >= -1.0F) errors.push_back(1.0F - correlation);
     }
@@ -286,17 +302,24 @@ bool FastRegistrar::weighViews(std::vector<View>* views, bool leave_out_unexplai
   return noticed;
 }
 
-GaussNewtonResult FastRegistrar::solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
-                                            const RigidTransform& start, int steps_left) {
-  const double depth_mm = std::max((start * centreCt()).z(), 1.0);
-  const double pixel_mm = views.front().xray.levels[static_cast<std::size_t>(stage.level)].camera.pixelSizeAt(depth_mm);
+GaussNewtonOptions FastRegistrar::solverFor(const std::vector<View>& views, const Stage& stage,
+                                            const RigidTransform& start) const {
+  const double depth_mm = depthOf(start);
+  const double pixel_mm = views.front().level(stage.level).camera.pixelSizeAt(depth_mm);
   GaussNewtonOptions solver;
-  solver.max_steps = std::max(1, std::min(stage.max_steps, steps_left));
+  solver.max_steps = stage.max_steps;
   solver.radius_mm = kTargetRadiusMm;
   solver.depth_mm = depth_mm;
   // The last step of the finest level is taken untested, so it may be longer than what counts.
   solver.stop_mm = (stage.level == 0 ? 0.1 : 0.05) * pixel_mm;
   solver.max_untested_step_mm = stage.level == 0 ? 0.3 * pixel_mm : 0.0;
+  return solver;
+}
+
+GaussNewtonResult FastRegistrar::solveStage(const std::vector<View>& views, const Stage& stage, double robust_scale2,
+                                            const RigidTransform& start, int steps_left) {
+  GaussNewtonOptions solver = solverFor(views, stage, start);
+  solver.max_steps = std::max(1, std::min(solver.max_steps, steps_left));
   return minimise([&](const RigidTransform& pose) { return evaluate(views, stage, robust_scale2, pose); }, start,
                   centreCt(), solver);
 }
@@ -324,15 +347,9 @@ RigidTransform FastRegistrar::searchAround(const std::vector<View>& views, const
   std::vector<RigidTransform> best;
   for (std::size_t i = 0; i < std::min(kRefined, order.size()); ++i) best.push_back(poses[order[i]]);
 
-  const double depth_mm = std::max((start * centreCt()).z(), 1.0);
-  GaussNewtonOptions solver;
-  solver.max_steps = 10;
-  solver.radius_mm = kTargetRadiusMm;
-  solver.depth_mm = depth_mm;
-  solver.stop_mm = 0.05 * views.front().xray.levels[static_cast<std::size_t>(stage.level)].camera.pixelSizeAt(depth_mm);
   const std::vector<GaussNewtonResult> refined = minimiseMany(
       [&](const std::vector<RigidTransform>& batch) { return evaluateMany(views, stage, kNotRobust, batch); }, best,
-      centreCt(), solver);
+      centreCt(), solverFor(views, stage, start));
   const auto winner = std::min_element(refined.begin(), refined.end(),
                                        [](const auto& a, const auto& b) { return a.sums.cost < b.sums.cost; });
   *steps += winner->steps;
@@ -388,7 +405,7 @@ FastRegistrar::Attempt FastRegistrar::attempt(std::vector<View>* views, int coar
   found.T_camera_ct = start;
   if (options_.search) {
     found.T_camera_ct = searchAround(*views, {coarsest, windowSpan(), 10}, start, first_index, steps);
-    attempt.noticed |= weighViews(views, leave_out, found.T_camera_ct);
+    if (leave_out) attempt.noticed |= weighViews(views, true, found.T_camera_ct);
   }
   std::vector<Stage> plan = stages(coarsest);
   if (plan.size() > 1) plan.pop_back();
@@ -440,7 +457,7 @@ FastRegistrar::Attempt FastRegistrar::confirmedSearch(std::vector<View>* views, 
 
 RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
                                                 const RigidTransform& T_camera_ct_start, bool tracking) {
-  const Clock::time_point begin = Clock::now();
+  const SteadyClock::time_point begin = SteadyClock::now();
   RegistrationResult result;
   result.T_camera_ct = T_camera_ct_start;
   if (!hasVolume()) {
@@ -454,7 +471,8 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
     return result;
   }
 
-  std::vector<View> views = uploadViews(inputs, T_camera_ct_start);
+  std::vector<View> views;
+  for (const ViewInput& input : inputs) views.push_back(uploadView(input, T_camera_ct_start));
   result.upload_ms = millisecondsSince(begin);
 
   GaussNewtonResult solution;
@@ -469,8 +487,18 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
     robust_scale2_ = solution.robust_scale2;
   }
   judge(views, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
+  expectAfter(result, views);
   result.solve_ms = millisecondsSince(begin);
   return result;
+}
+
+void FastRegistrar::expectAfter(const RegistrationResult& result, const std::vector<View>& views) {
+  std::vector<ExpectedView> expected;
+  for (const View& view : views) {
+    const Eigen::Vector3d centre = view.T_view_first * result.T_camera_ct * centreCt();
+    if (result.accepted) expected.push_back({view.camera, view.binning, centre, engine_.volume().radiusMm()});
+  }
+  expect(std::move(expected));
 }
 
 void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResult& solution,
@@ -484,17 +512,14 @@ void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResul
     result->T_camera_ct = solution.T_camera_ct;
     result->similarity = solution.likeness();
     result->inlier_fraction = solution.sums.inlier_fraction;
-    result->condition_number = conditionNumber(solution.sums.matrix);
+    result->condition_number = conditionNumber(solution.sums.matrix, kTargetRadiusMm);
     result->residual =
         solution.sums.weight > 0.0 ? std::sqrt(std::max(2.0 * solution.sums.cost / solution.sums.weight, 0.0)) : 0.0;
     result->covariance = covarianceOf(solution.sums, finestSpan());
   }
   result->converged = solution.converged;
   const Eigen::Vector3d centre = result->T_camera_ct * centreCt();
-  const XrayCamera& camera = views.front().xray.levels.front().camera;
-  const Eigen::Vector2d pixel = centre.z() > 0.0 ? camera.project(centre) : Eigen::Vector2d(-1e9, -1e9);
-  cues.in_view = centre.z() > 0.0 && pixel.x() > -0.5 * camera.width && pixel.x() < 1.5 * camera.width &&
-                 pixel.y() > -0.5 * camera.height && pixel.y() < 1.5 * camera.height;
+  cues.in_view = isInView(centre, views.front().level(0).camera);
   cues.converged = solution.converged && !solution.failed;
   cues.similarity = result->similarity;
   cues.inlier_fraction = result->inlier_fraction;

@@ -1,11 +1,10 @@
 #include "xray_registration/registration/paper_registrar.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
+#include "registration/frame_checks.h"
 #include "xray_registration/image/image_pyramid.h"
 #include "xray_registration/registration/verdict.h"
 #include "xray_registration/volume/volume_pyramid.h"
@@ -13,7 +12,6 @@
 namespace xray_registration {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr double kPi = 3.14159265358979323846;
 
 /// Pixels of the binned X-ray. Finer than the smoothing is noise and what the averaged CT cannot show; coarser than the
@@ -21,10 +19,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kSmoothSigmaPx = 1.0;
 constexpr double kBackgroundSigmaPx = 4.0;
 constexpr double kMinAllowedPixels = 100.0;
-
-double millisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 /// Whole voxels to average per axis for about `voxels` along the longest side and like spacing on the others.
 Eigen::Vector3i averagingFactor(const VolumeGrid& grid, int voxels) {
@@ -52,16 +46,6 @@ Matrix6d normalOfTwist(const PaperSolution& solution) {
   s_by_twist.topRightCorner<3, 3>() = rotationByAngles(solution.s.head<3>()).inverse();
   s_by_twist.bottomLeftCorner<3, 3>().setIdentity();
   return s_by_twist.transpose() * solution.normal * s_by_twist;
-}
-
-double conditionNumber(const Matrix6d& normal_of_twist, double radius_mm) {
-  Eigen::Matrix<double, 6, 1> scale;
-  scale << 1.0, 1.0, 1.0, 1.0 / radius_mm, 1.0 / radius_mm, 1.0 / radius_mm;
-  const Matrix6d scaled = scale.asDiagonal() * normal_of_twist * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled, Eigen::EigenvaluesOnly);
-  const double smallest = eigen.eigenvalues()[0];
-  // JSON and messages carry no infinity.
-  return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
 }
 
 /// Whether tissue lies at a point of the box's surface (edge coordinates: voxel i fills [i, i + 1]).
@@ -163,21 +147,7 @@ std::string PaperRegistrar::problemOf(const std::vector<ViewInput>& views,
   if (views.size() != 1) {
     return "the paper's method takes one view, " + std::to_string(views.size()) + " were given (use method fast)";
   }
-  const ViewInput& view = views.front();
-  const std::string problem = view.camera.problem();
-  if (!problem.empty()) return problem;
-  if (view.attenuation.width != view.camera.width || view.attenuation.height != view.camera.height) {
-    return "the X-ray's size disagrees with its camera's";
-  }
-  if (!view.mask.empty() && (view.mask.width != view.camera.width || view.mask.height != view.camera.height)) {
-    return "the mask's size disagrees with the X-ray's";
-  }
-  const std::vector<float>& pixels = view.attenuation.pixels;
-  if (!std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); })) {
-    return "the X-ray holds values that are not finite";
-  }
-  if (!T_camera_ct_start.matrix().allFinite()) return "the start pose is not finite";
-  return {};
+  return xray_registration::problemOf(views, T_camera_ct_start);
 }
 
 RegistrationResult PaperRegistrar::registerFrame(const std::vector<ViewInput>& views,
@@ -187,7 +157,7 @@ RegistrationResult PaperRegistrar::registerFrame(const std::vector<ViewInput>& v
   if (!result.reason.empty()) return result;
   result.T_camera_ct = T_camera_ct_start;
 
-  const Clock::time_point start = Clock::now();
+  const SteadyClock::time_point start = SteadyClock::now();
   const ViewInput& view = views.front();
   const int factor = binningFactor(view.camera, options_.paper_image_size);
   FloatImage attenuation;

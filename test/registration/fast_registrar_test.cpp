@@ -467,6 +467,50 @@ TEST_F(FastRegistrarTest, EqualInputGivesEqualBits) {
   EXPECT_EQ(fresh.registerFrame({*view_}, coldStart(), false).T_camera_ct.matrix(), first.T_camera_ct.matrix());
 }
 
+TEST_F(FastRegistrarTest, AStagedViewGivesWhatTheViewGives) {
+  registrar_->registerFrame({*view_}, nearStart(), false);
+  // Cropped around where the last frame was, and that is where the next one starts.
+  const RegistrationResult last = registrar_->registerFrame({*view_}, nearStart(), true);
+  ASSERT_TRUE(last.accepted) << last.reason;
+  ViewInput view = *view_;
+  view.staged = registrar_->stage(view, 0);
+  ASSERT_NE(view.staged, nullptr);
+  const RegistrationResult staged = registrar_->registerFrame({view}, last.T_camera_ct, true);
+  const RegistrationResult direct = registrar_->registerFrame({*view_}, last.T_camera_ct, true);
+  EXPECT_TRUE(staged.accepted) << staged.reason;
+  EXPECT_EQ(staged.T_camera_ct.matrix(), direct.T_camera_ct.matrix());
+  EXPECT_EQ(staged.similarity, direct.similarity);
+}
+
+TEST_F(FastRegistrarTest, WhatWasStagedIsUsedOnlyWhereItFits) {
+  const RegistrationResult last = registrar_->registerFrame({*view_}, nearStart(), false);
+  ASSERT_TRUE(last.accepted) << last.reason;
+  // A blank image is staged under the good view's name: who uses it finds nothing.
+  ViewInput view = *view_;
+  view.staged = registrar_->stage(viewOf(FloatImage(kCamera.width, kCamera.height, 1.0F)), 0);
+  ASSERT_NE(view.staged, nullptr);
+  EXPECT_FALSE(registrar_->registerFrame({view}, last.T_camera_ct, true).accepted);
+  // 6 mm away from what it was cropped around.
+  EXPECT_TRUE(registrar_->registerFrame({view}, off(twist(6.0, 0, 0, 0, 0, 0)), true).accepted);
+  FastRegistrar other(std::make_shared<Device>(), RegistrarOptions{}, Logger{});
+  other.setVolume(*ct_);
+  EXPECT_TRUE(other.registerFrame({view}, last.T_camera_ct, true).accepted);
+}
+
+TEST_F(FastRegistrarTest, StagesOnlyWhatItExpects) {
+  ASSERT_TRUE(registrar_->registerFrame({*view_}, nearStart(), false).accepted);
+  EXPECT_EQ(registrar_->stage(*view_, 1), nullptr);  // There was one view.
+  ViewInput another = *view_;
+  another.camera.cx += 1.0;
+  EXPECT_EQ(registrar_->stage(another, 0), nullptr);
+  ViewInput broken = *view_;
+  broken.attenuation.pixels[7] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(registrar_->stage(broken, 0), nullptr);
+  // After a refused frame nothing is known.
+  registrar_->registerFrame({viewOf(FloatImage(kCamera.width, kCamera.height, 1.0F))}, nearStart(), true);
+  EXPECT_EQ(registrar_->stage(*view_, 0), nullptr);
+}
+
 TEST_F(FastRegistrarTest, ThresholdsRuleTheVerdict) {
   AcceptOptions accept;
   accept.min_similarity = 0.9999;

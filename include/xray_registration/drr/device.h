@@ -22,7 +22,8 @@ class DeviceError : public std::runtime_error {
 };
 
 /// One OpenCL device with its context and two in-order queues: one for the solve, one for uploads. No global state:
-/// destroy the object and everything of it is released. Not thread-safe; one thread uses a Device at a time.
+/// destroy the object and everything of it is released. Not thread-safe; one thread uses a Device at a time, but a
+/// second one may use the queue for uploads.
 class Device {
  public:
   /// `choice`: "auto" (a GPU when there is one, else a CPU), "gpu", "cpu", or a part of the device's name.

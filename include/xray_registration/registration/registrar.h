@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,18 @@
 
 namespace xray_registration {
 
+/// What a registrar has already done for a view; only the registrar that made it knows what is in it.
+struct StagedView {
+  virtual ~StagedView() = default;
+};
+
 /// What one view contributes to a frame. The first view's T_view_first is the identity.
 struct ViewInput {
   XrayCamera camera;
   FloatImage attenuation;
   MaskImage mask;  ///< Empty means all pixels.
   RigidTransform T_view_first = RigidTransform::Identity();
+  std::shared_ptr<const StagedView> staged;  ///< From Registrar::stage; may be empty, outdated, or another's.
 };
 
 /// What a registration found for one frame, accepted or not; the pose is the CT's in the first view's camera frame.
@@ -50,6 +57,11 @@ class Registrar {
   /// neighbour, so coarse levels may be skipped and the jump from the start is judged.
   virtual RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
                                            bool tracking) = 0;
+
+  /// Does for view number `index` of a coming frame what can be done before its turn, so that the transfer to the
+  /// device overlaps the solve; to be put into ViewInput::staged. The one method that a second thread may call while
+  /// the first one registers. Empty when there is nothing to do ahead. @throws DeviceError.
+  virtual std::shared_ptr<const StagedView> stage(const ViewInput& /*view*/, std::size_t /*index*/) const { return {}; }
 
   /// DRR in line integrals (dimensionless) on the finest level.
   virtual FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) = 0;

@@ -1,0 +1,51 @@
+#include "registration/frame_checks.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace xray_registration {
+
+std::string problemOf(const ViewInput& view) {
+  const std::string problem = view.camera.problem();
+  if (!problem.empty()) return problem;
+  if (view.attenuation.width != view.camera.width || view.attenuation.height != view.camera.height) {
+    return "the X-ray's size disagrees with its camera's";
+  }
+  if (!view.mask.empty() && (view.mask.width != view.camera.width || view.mask.height != view.camera.height)) {
+    return "the mask's size disagrees with the X-ray's";
+  }
+  const std::vector<float>& pixels = view.attenuation.pixels;
+  if (!std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); })) {
+    return "the X-ray holds values that are not finite";
+  }
+  return {};
+}
+
+std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start) {
+  if (views.empty()) return "no view was given";
+  if (!T_camera_ct_start.matrix().allFinite()) return "the start pose is not finite";
+  for (const ViewInput& view : views) {
+    const std::string problem = problemOf(view);
+    if (!problem.empty()) return problem;
+  }
+  return {};
+}
+
+Matrix6d scaledToRadius(const Matrix6d& matrix, double radius_mm) {
+  Twist scale = Twist::Ones();
+  scale.tail<3>() /= radius_mm;
+  return scale.asDiagonal() * matrix * scale.asDiagonal();
+}
+
+double conditionNumber(const Matrix6d& normal, double radius_mm) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToRadius(normal, radius_mm), Eigen::EigenvaluesOnly);
+  const double smallest = eigen.eigenvalues()[0];
+  return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
+}
+
+double millisecondsSince(SteadyClock::time_point start) {
+  return std::chrono::duration<double, std::milli>(SteadyClock::now() - start).count();
+}
+
+}  // namespace xray_registration
