@@ -135,6 +135,10 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.list("views", &parameters->views);
   checkViews(parameters->views);
   top.words("device", &parameters->device);
+  top.choice<PrepareAhead>(
+      "prepare_ahead",
+      {{"auto", PrepareAhead::kAuto}, {"always", PrepareAhead::kAlways}, {"never", PrepareAhead::kNever}},
+      &parameters->prepare_ahead);
   top.choice<Method>("method", {{"fast", Method::kFast}, {"paper", Method::kPaper}}, &parameters->registrar.method);
   top.choice<Mode>("mode", {{"track", Mode::kTrack}, {"on_demand", Mode::kOnDemand}}, &parameters->mode);
   top.choice<std::string>("drr_encoding", {{"mono8", "mono8"}, {"32FC1", "32FC1"}}, &parameters->drr_encoding);

@@ -1,6 +1,7 @@
 #include "xray_registration/ros/registration_pipeline.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
@@ -91,6 +92,10 @@ std::unique_ptr<Registrar> RegistrationPipeline::registrarFromDevice(const Regis
   return makeRegistrar(device_, options, logger_);
 }
 
+void RegistrationPipeline::setRegistrar(std::shared_ptr<Registrar> registrar) {
+  std::atomic_store(&registrar_, std::move(registrar));
+}
+
 void RegistrationPipeline::loadMasks() {
   for (const std::string& view : parameters_.viewNames()) {
     const auto own = parameters_.image.masks.find(view);
@@ -103,7 +108,7 @@ void RegistrationPipeline::loadMasks() {
 void RegistrationPipeline::openDevice() {
   if (registrar_) return;
   try {
-    registrar_ = factory_(parameters_.registrar);
+    setRegistrar(factory_(parameters_.registrar));
     fault_.clear();
   } catch (const DeviceError& error) {
     device_.reset();
@@ -118,7 +123,7 @@ void RegistrationPipeline::upload() {
     registrar_->setVolume(*attenuation_);
   } catch (const DeviceError& error) {
     fault_ = error.what();
-    registrar_.reset();
+    setRegistrar(nullptr);
     device_.reset();
     throw;
   }
@@ -159,7 +164,7 @@ void RegistrationPipeline::reset() {
   if (fault_.empty()) return;
   fault_.clear();
   rebuilt_since_success_ = false;
-  registrar_.reset();
+  setRegistrar(nullptr);
   device_.reset();
 }
 
@@ -202,39 +207,67 @@ FrameOutcome RegistrationPipeline::refused(const std::string& reason) const {
   return outcome;
 }
 
+PreparedFrame RegistrationPipeline::prepare(const std::vector<RawView>& views) const {
+  const Clock::time_point start = Clock::now();
+  PreparedFrame frame;
+  frame.views.resize(views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    try {
+      frame.views[i] = makeView(views[i]);
+    } catch (const std::exception& error) {
+      if (!frame.problem.empty()) frame.problem += "; ";
+      if (!views[i].name.empty()) frame.problem += viewInWords(views[i].name) + ": ";
+      frame.problem += error.what();
+    }
+  }
+  frame.prepare_ms = millisecondsSince(start);
+  return frame;
+}
+
+void RegistrationPipeline::stage(PreparedFrame* frame) const {
+  const std::shared_ptr<const Registrar> registrar = std::atomic_load(&registrar_);
+  if (!registrar) return;
+  const Clock::time_point start = Clock::now();
+  std::size_t index = 0;
+  for (std::optional<ViewInput>& view : frame->views) {
+    if (!view) continue;
+    try {
+      view->staged = registrar->stage(*view, index);
+    } catch (const DeviceError&) {
+      // A device that has failed says so again when the frame's turn comes.
+    }
+    ++index;
+  }
+  frame->prepare_ms += millisecondsSince(start);
+}
+
+bool RegistrationPipeline::computesAside() const { return device_ && device_->isGpu(); }
+
 FrameOutcome RegistrationPipeline::process(double stamp_s, const std::vector<RawView>& views,
                                            const std::optional<RigidTransform>& T_camera_now_camera_last) {
-  const Clock::time_point start = Clock::now();
   if (!fault_.empty()) return refused(fault_);
   if (!hasCt()) return refused("no CT is loaded");
-  std::vector<std::optional<ViewInput>> inputs(views.size());
-  std::string problem;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    std::string reason;
-    try {
-      inputs[i] = makeView(views[i]);
-      continue;
-    } catch (const std::exception& error) {
-      reason = error.what();
-    }
-    problem +=
-        (problem.empty() ? "" : "; ") + (views[i].name.empty() ? reason : viewInWords(views[i].name) + ": " + reason);
-  }
-  const double prepare_ms = millisecondsSince(start);
-  const bool some = std::any_of(inputs.begin(), inputs.end(), [](const auto& input) { return input.has_value(); });
+  return process(stamp_s, prepare(views), T_camera_now_camera_last);
+}
+
+FrameOutcome RegistrationPipeline::process(double stamp_s, PreparedFrame frame,
+                                           const std::optional<RigidTransform>& T_camera_now_camera_last) {
+  const bool some =
+      std::any_of(frame.views.begin(), frame.views.end(), [](const auto& view) { return view.has_value(); });
   FrameOutcome outcome;
-  if (problem.empty() || (some && parameters_.sync.allow_missing_view)) {
-    outcome = process(stamp_s, inputs, T_camera_now_camera_last);
-    if (!outcome.result.accepted && !problem.empty()) outcome.result.reason += " (" + problem + ")";
+  if (!fault_.empty() || !hasCt() || frame.problem.empty() || (some && parameters_.sync.allow_missing_view)) {
+    outcome = process(stamp_s, frame.views, T_camera_now_camera_last);
+    if (!outcome.result.accepted && !frame.problem.empty()) outcome.result.reason += " (" + frame.problem + ")";
   } else {
-    outcome = refused(problem);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      if (!inputs[i]) outcome.views_missing.push_back(views[i].name);
+    outcome = refused(frame.problem);
+    const std::vector<std::string> names = parameters_.viewNames();
+    for (std::size_t i = 0; i < frame.views.size(); ++i) {
+      if (!frame.views[i]) outcome.views_missing.push_back(i < names.size() ? names[i] : std::to_string(i));
     }
-    outcome.views = std::move(inputs);
+    outcome.views = std::move(frame.views);
   }
-  outcome.prepare_ms = prepare_ms;
-  outcome.total_ms = millisecondsSince(start);
+  outcome.prepare_ms = frame.prepare_ms;
+  outcome.total_ms += frame.prepare_ms;
   return outcome;
 }
 
@@ -305,7 +338,7 @@ void RegistrationPipeline::registerViews(double stamp_s, const std::vector<ViewI
 }
 
 bool RegistrationPipeline::rebuildAfter(const std::string& failure) {
-  registrar_.reset();
+  setRegistrar(nullptr);
   device_.reset();
   if (rebuilt_since_success_) {
     fault_ = failure;
@@ -341,7 +374,7 @@ void RegistrationPipeline::setTuning(const RegistrarOptions& registrar, const Tr
   parameters_.tracker = tracker;
   tracker_.setOptions(tracker);
   if (!registrar_ || registrar_->setOptions(parameters_.registrar)) return;
-  registrar_.reset();
+  setRegistrar(nullptr);
   if (!hasCt()) return;
   try {
     upload();

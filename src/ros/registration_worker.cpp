@@ -31,7 +31,8 @@ RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publish
       transforms_(transforms),
       statistics_(statistics),
       logger_(std::move(logger)),
-      pipeline_(parameters, logger_) {
+      pipeline_(parameters, logger_),
+      preparer_([this](const FrameMessages& frame) { return prepare(frame); }) {
   ++loading_;
   mailbox_.post([this] { startUp(); });
   thread_ = std::thread([this] { run(); });
@@ -43,6 +44,7 @@ void RegistrationWorker::stop() {
   mailbox_.close();
   transforms_->stop();
   if (thread_.joinable()) thread_.join();
+  preparer_.stop();
   if (surface_.valid()) surface_.wait();
 }
 
@@ -131,6 +133,8 @@ void RegistrationWorker::updateStatistics() {
   statistics_->setState(pipeline_.state());
   statistics_->setDevice(pipeline_.deviceName(), pipeline_.deviceBytes());
   statistics_->setCt(pipeline_.ctName());
+  prepares_ahead_ = parameters_.prepare_ahead == PrepareAhead::kAlways ||
+                    (parameters_.prepare_ahead == PrepareAhead::kAuto && pipeline_.computesAside());
   if (!pipeline_.fault().empty()) statistics_->setError(pipeline_.fault());
 }
 
@@ -183,6 +187,7 @@ void RegistrationWorker::offer(FrameMessages frame) {
   }
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
   if (loading_ > 0) return refuse(frame.header, "a CT is being loaded");
+  if (prepares_ahead_) preparer_.offer(frame);
   if (const std::optional<FrameMessages> replaced = mailbox_.put(std::move(frame))) drop(*replaced);
 }
 
@@ -269,6 +274,12 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
   return views;
 }
 
+PreparedFrame RegistrationWorker::prepare(const FrameMessages& frame) const {
+  PreparedFrame prepared = pipeline_.prepare(rawViews(frame, cameraFrame()));
+  if (prepares_ahead_) pipeline_.stage(&prepared);
+  return prepared;
+}
+
 std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
   if (!pose_request_) return "";
   RigidTransform T_camera_frame = RigidTransform::Identity();
@@ -292,7 +303,8 @@ FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const
   if (!parameters_.frames.fixed.empty() && pipeline_.lastAcceptedStamp()) {
     motion = transforms_->motion(header.frame_id, header.stamp, last_accepted_stamp_, parameters_.frames.fixed);
   }
-  return pipeline_.process(header.stamp.toSec(), rawViews(frame, header.frame_id), motion);
+  if (!pipeline_.fault().empty() || !pipeline_.hasCt()) return pipeline_.process(header.stamp.toSec(), PreparedFrame{});
+  return pipeline_.process(header.stamp.toSec(), preparer_.take(frame), motion);
 }
 
 void RegistrationWorker::publishOutcome(const std_msgs::Header& header, FrameOutcome outcome) {

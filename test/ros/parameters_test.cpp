@@ -42,6 +42,7 @@ image: {kind: inverted, find_metal: false, masks: {oblique: b.png}}
 views: [ap, oblique]
 sync: {tolerance: 0.5, allow_missing_view: true}
 device: gpu
+prepare_ahead: never
 method: paper
 mode: on_demand
 frames: {ct: bone, fixed: room}

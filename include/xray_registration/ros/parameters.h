@@ -34,6 +34,13 @@ enum class Mode {
   kOnDemand,  ///< One frame is registered for each given pose and each ~register_once.
 };
 
+/// Whether a second thread prepares and transfers a frame while the one before it is being registered.
+enum class PrepareAhead {
+  kAuto,  ///< When the device is not the processor that would prepare it.
+  kAlways,
+  kNever,
+};
+
 /// ct/…
 struct CtParameters {
   std::string path;        ///< Empty: the node waits for ~load_ct; tools take theirs from --ct.
@@ -79,6 +86,7 @@ struct NodeParameters {
   SyncParameters sync;
   std::vector<std::string> views;  ///< Empty: one view, topics without a prefix.
   std::string device = "auto";
+  PrepareAhead prepare_ahead = PrepareAhead::kAuto;
   RegistrarOptions registrar;  ///< method, accept/…, solver/…, paper/…
   TrackerOptions tracker;      ///< tracking/…
   Mode mode = Mode::kTrack;

@@ -24,6 +24,13 @@ struct RawView {
   std::string problem;                                       ///< Why `image` is empty, in words.
 };
 
+/// A frame's views, ready for the registrar.
+struct PreparedFrame {
+  std::vector<std::optional<ViewInput>> views;  ///< In the order of the parameter `views`; empty where one is missing.
+  std::string problem;                          ///< Why views are missing, in words; empty when all are there.
+  double prepare_ms = 0.0;                      ///< Linearising, undistorting and masking all views.
+};
+
 /// What became of a frame.
 struct FrameOutcome {
   RegistrationResult result;  ///< Always has a reason when it is not accepted.
@@ -34,11 +41,12 @@ struct FrameOutcome {
   /// What the solver was given, in the order of the views (empty where one is missing); for overlays.
   std::vector<std::optional<ViewInput>> views;
   double prepare_ms = 0.0;  ///< Linearising, undistorting and masking all views.
-  double total_ms = 0.0;    ///< From the raw views to the verdict.
+  double total_ms = 0.0;    ///< The time that this frame took, its preparation included.
 };
 
 /// The way of one frame from pixels to a verdict, the same in the node, register_bag and evaluate: owns the device, the
-/// registrar with its CT, and the tracker. Needs no ROS master and no clock. Not thread-safe: one worker owns it.
+/// registrar with its CT, and the tracker. Needs no ROS master and no clock. Not thread-safe: one worker owns it; but
+/// prepare() and stage() may run in a second thread while the first one works.
 class RegistrationPipeline {
  public:
   /// Makes the registrar; called at the start and when the device has to be rebuilt.
@@ -71,10 +79,22 @@ class RegistrationPipeline {
   /// @throws FrameError
   ViewInput makeView(const RawView& raw) const;
 
+  /// Makes all views of a frame; what is wrong with one is said in the result.
+  PreparedFrame prepare(const std::vector<RawView>& views) const;
+
+  /// Crops, bins and transfers the views to the device ahead of their turn, as far as the registrar can.
+  void stage(PreparedFrame* frame) const;
+
+  /// Whether the device computes beside the processors that prepare frames, so that preparing ahead gains time.
+  bool computesAside() const;
+
   /// Registers one frame. Views come in the order of the parameter `views`. Never throws on what a frame, the device or
   /// a pose may do: the outcome says why nothing was found. A device that fails is rebuilt once; if that does not help,
   /// the state is FAULT until reset, loadCt or a new process.
   FrameOutcome process(double stamp_s, const std::vector<RawView>& views,
+                       const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt);
+  /// The same with a frame that was prepared before.
+  FrameOutcome process(double stamp_s, PreparedFrame frame,
                        const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt);
   /// The same with views that were made before.
   FrameOutcome process(double stamp_s, const std::vector<std::optional<ViewInput>>& views,
@@ -110,6 +130,7 @@ class RegistrationPipeline {
   void loadMasks();
   void upload();
   bool rebuildAfter(const std::string& failure);
+  void setRegistrar(std::shared_ptr<Registrar> registrar);
   FrameOutcome refused(const std::string& reason) const;
   void registerViews(double stamp_s, const std::vector<ViewInput>& present,
                      const std::optional<RigidTransform>& T_camera_now_camera_last, FrameOutcome* outcome);
@@ -119,7 +140,8 @@ class RegistrationPipeline {
   RegistrarFactory factory_;
   std::map<std::string, MaskImage> masks_;
   std::shared_ptr<Device> device_;
-  std::unique_ptr<Registrar> registrar_;  // After device_: destroyed before it.
+  // After device_: destroyed before it. Changed by setRegistrar alone, since stage() may look at it meanwhile.
+  std::shared_ptr<Registrar> registrar_;
   Tracker tracker_;
   std::shared_ptr<const Volume> ct_;
   std::shared_ptr<const AttenuationVolume> attenuation_;

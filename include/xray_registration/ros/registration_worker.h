@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "xray_registration/ros/frame_mailbox.h"
+#include "xray_registration/ros/frame_preparer.h"
 #include "xray_registration/ros/node_statistics.h"
 #include "xray_registration/ros/publishers.h"
 #include "xray_registration/ros/registration_pipeline.h"
@@ -73,6 +74,7 @@ class RegistrationWorker {
   void handle(const FrameMessages& frame);
   std::string stampProblem(const std_msgs::Header& header);
   std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
+  PreparedFrame prepare(const FrameMessages& frame) const;
   std::string resolvePose(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
   void publishOutcome(const std_msgs::Header& header, FrameOutcome outcome);
@@ -89,6 +91,7 @@ class RegistrationWorker {
   FrameMailbox<FrameMessages> mailbox_;
   std::atomic<bool> enabled_{true};
   std::atomic<int> loading_{0};
+  std::atomic<bool> prepares_ahead_{false};
   mutable std::mutex camera_frame_mutex_;
   std::string camera_frame_;
 
@@ -100,6 +103,7 @@ class RegistrationWorker {
   ros::Time last_stamp_;
   ros::Time last_accepted_stamp_;
   std::future<void> surface_;
+  FramePreparer preparer_;
   std::thread thread_;
 };
 
