@@ -1,75 +1,74 @@
 #include "live_parameters.h"
 
 namespace xray_registration {
+namespace {
+
+// The fields have the same names on both sides: one list serves both directions.
+
+template <typename From, typename To>
+void copyAccept(const From& from, To* to) {
+  to->min_similarity = from.min_similarity;
+  to->min_similarity_one_view = from.min_similarity_one_view;
+  to->sure_similarity = from.sure_similarity;
+  to->min_inlier_fraction = from.min_inlier_fraction;
+  to->min_inlier_fraction_one_view = from.min_inlier_fraction_one_view;
+  to->max_condition_number = from.max_condition_number;
+  to->max_jump_mm = from.max_jump_mm;
+  to->max_jump_rad = from.max_jump_rad;
+  to->max_disagreement_mm = from.max_disagreement_mm;
+}
+
+/// All but the similarity, which is a text on one side.
+template <typename From, typename To>
+void copySolver(const From& from, To* to) {
+  to->max_steps_per_frame = from.max_steps_per_frame;
+  to->max_image_pixels = from.max_image_pixels;
+  to->search = from.search;
+  to->search_rotation_rad = from.search_rotation_rad;
+  to->search_translation_mm = from.search_translation_mm;
+  to->search_poses = from.search_poses;
+  to->robust_weights = from.robust_weights;
+  to->truncation_weights = from.truncation_weights;
+}
+
+template <typename From, typename To>
+void copyTracking(const From& from, To* to) {
+  to->frames_until_lost = from.frames_until_lost;
+  to->max_prediction_gap_s = from.max_prediction_gap_s;
+  to->max_velocity_mm_s = from.max_velocity_mm_s;
+  to->max_velocity_rad_s = from.max_velocity_rad_s;
+}
+
+}  // namespace
 
 AcceptConfig toConfig(const AcceptOptions& options) {
   AcceptConfig config = AcceptConfig::__getDefault__();
-  config.min_similarity = options.min_similarity;
-  config.min_similarity_one_view = options.min_similarity_one_view;
-  config.sure_similarity = options.sure_similarity;
-  config.min_inlier_fraction = options.min_inlier_fraction;
-  config.min_inlier_fraction_one_view = options.min_inlier_fraction_one_view;
-  config.max_condition_number = options.max_condition_number;
-  config.max_jump_mm = options.max_jump_mm;
-  config.max_jump_rad = options.max_jump_rad;
-  config.max_disagreement_mm = options.max_disagreement_mm;
+  copyAccept(options, &config);
   return config;
 }
 
 SolverConfig toConfig(const RegistrarOptions& options) {
   SolverConfig config = SolverConfig::__getDefault__();
   config.similarity = options.similarity == Similarity::kLocalNormalised ? "local_normalised" : "gain_offset";
-  config.max_steps_per_frame = options.max_steps_per_frame;
-  config.max_image_pixels = options.max_image_pixels;
-  config.search = options.search;
-  config.search_rotation_rad = options.search_rotation_rad;
-  config.search_translation_mm = options.search_translation_mm;
-  config.search_poses = options.search_poses;
-  config.robust_weights = options.robust_weights;
-  config.truncation_weights = options.truncation_weights;
+  copySolver(options, &config);
   return config;
 }
 
 TrackingConfig toConfig(const TrackerOptions& options) {
   TrackingConfig config = TrackingConfig::__getDefault__();
-  config.frames_until_lost = options.frames_until_lost;
-  config.max_prediction_gap_s = options.max_prediction_gap_s;
-  config.max_velocity_mm_s = options.max_velocity_mm_s;
-  config.max_velocity_rad_s = options.max_velocity_rad_s;
+  copyTracking(options, &config);
   return config;
 }
 
-void apply(const AcceptConfig& config, AcceptOptions* options) {
-  options->min_similarity = config.min_similarity;
-  options->min_similarity_one_view = config.min_similarity_one_view;
-  options->sure_similarity = config.sure_similarity;
-  options->min_inlier_fraction = config.min_inlier_fraction;
-  options->min_inlier_fraction_one_view = config.min_inlier_fraction_one_view;
-  options->max_condition_number = config.max_condition_number;
-  options->max_jump_mm = config.max_jump_mm;
-  options->max_jump_rad = config.max_jump_rad;
-  options->max_disagreement_mm = config.max_disagreement_mm;
-}
+void apply(const AcceptConfig& config, AcceptOptions* options) { copyAccept(config, options); }
 
 void apply(const SolverConfig& config, RegistrarOptions* options) {
   // dynamic_reconfigure does not hold a text to its enumeration: another one keeps the present choice.
   if (config.similarity == "local_normalised") options->similarity = Similarity::kLocalNormalised;
   if (config.similarity == "gain_offset") options->similarity = Similarity::kGainOffset;
-  options->max_steps_per_frame = config.max_steps_per_frame;
-  options->max_image_pixels = config.max_image_pixels;
-  options->search = config.search;
-  options->search_rotation_rad = config.search_rotation_rad;
-  options->search_translation_mm = config.search_translation_mm;
-  options->search_poses = config.search_poses;
-  options->robust_weights = config.robust_weights;
-  options->truncation_weights = config.truncation_weights;
+  copySolver(config, options);
 }
 
-void apply(const TrackingConfig& config, TrackerOptions* options) {
-  options->frames_until_lost = config.frames_until_lost;
-  options->max_prediction_gap_s = config.max_prediction_gap_s;
-  options->max_velocity_mm_s = config.max_velocity_mm_s;
-  options->max_velocity_rad_s = config.max_velocity_rad_s;
-}
+void apply(const TrackingConfig& config, TrackerOptions* options) { copyTracking(config, options); }
 
 }  // namespace xray_registration
