@@ -50,9 +50,13 @@ void DampedDescent::observe(const StepSums& sums) {
   const bool first = result_.steps == 0;
   ++result_.steps;
   const double achieved = result_.sums.cost - sums.cost;
+  if (!first) {
+    latest_is_finite_ = sums.finite();
+    saw_finite_neighbour_ |= latest_is_finite_;
+  }
   if (first) {
     result_.sums = sums;
-  } else if (sums.finite() && achieved > 0.0) {
+  } else if (latest_is_finite_ && achieved > 0.0) {
     const double predicted = -step_.dot(result_.sums.gradient + 0.5 * result_.sums.matrix * step_);
     const double ratio = predicted > 0.0 ? std::min(achieved / predicted, 1.0) : 1.0;
     damping_ = std::max(damping_ * std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * ratio - 1.0, 3)), 1e-6);
@@ -62,11 +66,7 @@ void DampedDescent::observe(const StepSums& sums) {
   } else {
     damping_ *= growth_;
     growth_ *= 2.0;
-    if (damping_ > 1e6) {  // No direction leads down: a minimum to rounding.
-      result_.converged = true;
-      done_ = true;
-      return;
-    }
+    if (damping_ > 1e6) return end(true);  // No direction leads down: a minimum to rounding.
   }
   propose();
 }
@@ -82,9 +82,16 @@ void DampedDescent::propose() {
   candidate_ = updatedPose(result_.T_camera_ct, step_, result_.T_camera_ct * centre_ct_mm_);
   const bool small = motion_mm < options_.stop_mm;
   if (!small && result_.steps < options_.max_steps) return;
+  const bool untested = motion_mm < options_.max_untested_step_mm;
+  end(small || untested);
+  if (result_.converged && untested) result_.T_camera_ct = candidate_;
+}
+
+void DampedDescent::end(bool step_is_short) {
   done_ = true;
-  result_.converged = small || motion_mm < options_.max_untested_step_mm;
-  if (motion_mm < options_.max_untested_step_mm) result_.T_camera_ct = candidate_;
+  // Beside a place without a finite cost it is the damping that made the step short, not a minimum.
+  result_.converged = step_is_short && latest_is_finite_;
+  result_.failed = !latest_is_finite_ && (step_is_short || !saw_finite_neighbour_);
 }
 
 GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,

@@ -201,10 +201,60 @@ TEST(GaussNewtonTest, PosesWithoutAFiniteCostAreNeverTaken) {
     if ((pose * kCentre - start() * kCentre).norm() > 2.0) sums.cost = kNan;
     return sums;
   };
-  const GaussNewtonResult result = minimise(walled, start(), kCentre, exactOptions());
-  EXPECT_TRUE(result.sums.finite());
-  EXPECT_TRUE(result.T_camera_ct.matrix().allFinite());
-  EXPECT_LE((result.T_camera_ct * kCentre - start() * kCentre).norm(), 2.0);
+  for (const int max_steps : {8, 100}) {
+    GaussNewtonOptions options = exactOptions();
+    options.max_steps = max_steps;
+    options.max_untested_step_mm = 0.1;
+    const GaussNewtonResult result = minimise(walled, start(), kCentre, options);
+    EXPECT_TRUE(result.sums.finite());
+    EXPECT_TRUE(result.T_camera_ct.matrix().allFinite());
+    EXPECT_LE((result.T_camera_ct * kCentre - start() * kCentre).norm(), 2.0);
+    EXPECT_FALSE(result.converged) << "the cost still falls towards the wall";
+  }
+}
+
+TEST(GaussNewtonTest, FiniteAtTheStartOnlyFails) {
+  const auto lonely = [](const RigidTransform& pose) {
+    Marks marks;
+    marks.truth = moved(twist(5, -3, 8, 0, 0, 0));
+    StepSums sums = marks(pose);
+    if (distanceMm(pose, start()) > 0.0) sums.gradient[2] = kNan;
+    return sums;
+  };
+  // Ended by the budget, by a step that damping made short, and by the damping's bound.
+  for (const double stop_mm : {1e-9, 0.02}) {
+    for (const int max_steps : {2, 5, 100}) {
+      GaussNewtonOptions options;
+      options.max_steps = max_steps;
+      options.stop_mm = stop_mm;
+      options.max_untested_step_mm = 100.0 * stop_mm;
+      const GaussNewtonResult result = minimise(lonely, start(), kCentre, options);
+      EXPECT_TRUE(result.failed) << stop_mm << " mm, " << max_steps << " steps";
+      EXPECT_FALSE(result.converged);
+      EXPECT_EQ(result.T_camera_ct.matrix(), start().matrix());
+    }
+  }
+}
+
+TEST(GaussNewtonTest, WorseAllAroundIsAMinimumWhateverLiesFarther) {
+  // A gradient that lies: the start is the minimum already, and no number beyond 0.1 mm from it.
+  const auto basin = [](const RigidTransform& pose) {
+    Marks marks;
+    marks.truth = start();
+    StepSums sums = marks(pose);
+    sums.gradient[0] += 8.0;
+    if (distanceMm(pose, start()) > 0.1) sums.cost = kNan;
+    return sums;
+  };
+  for (const double stop_mm : {1e-9, 1e-3}) {
+    GaussNewtonOptions options;
+    options.max_steps = 100;
+    options.stop_mm = stop_mm;
+    const GaussNewtonResult result = minimise(basin, start(), kCentre, options);
+    EXPECT_TRUE(result.converged) << stop_mm << " mm";
+    EXPECT_FALSE(result.failed);
+    EXPECT_EQ(result.T_camera_ct.matrix(), start().matrix());
+  }
 }
 
 TEST(GaussNewtonTest, ManyAtOnceGiveWhatOneByOneGives) {

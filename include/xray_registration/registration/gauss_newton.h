@@ -28,9 +28,11 @@ struct GaussNewtonResult {
   double likeness() const { return std::max(sums.similarity, coarser_similarity); }
 
   RigidTransform T_camera_ct = RigidTransform::Identity();
-  StepSums sums;                     ///< At the result.
-  bool converged = false;            ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
-  bool failed = false;               ///< Singular, or not finite: the pose is the best one before it.
+  StepSums sums;           ///< At the result.
+  bool converged = false;  ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
+  /// Singular, or not finite: at the start, at every other pose, or at the last pose before the steps became short. The
+  /// pose is the best one before it, and nothing says that it is a minimum.
+  bool failed = false;
   int steps = 0;                     ///< Evaluations of the objective.
   double robust_scale2 = 1e6;        ///< That the objective was made with; for whoever goes on from here.
   double coarser_similarity = -1.0;  ///< At the end of the stage before: noise hides less there.
@@ -53,6 +55,7 @@ class DampedDescent {
 
  private:
   void propose();
+  void end(bool step_is_short);
 
   GaussNewtonOptions options_;
   Eigen::Vector3d centre_ct_mm_;
@@ -61,6 +64,8 @@ class DampedDescent {
   Twist step_ = Twist::Zero();
   double damping_;
   double growth_ = 2.0;
+  bool latest_is_finite_ = true;  ///< Of the poses after the start; true before the first.
+  bool saw_finite_neighbour_ = false;
   bool done_ = false;
 };
 
