@@ -89,38 +89,49 @@ bool isDistorted(const Calibration& calibration) {
   return std::any_of(calibration.distortion.begin(), calibration.distortion.end(), [](double d) { return d != 0.0; });
 }
 
-/// Straightens the image; the mask loses the pixels that no raw pixel stands behind.
-void undistort(const std::vector<double>& distortion, XrayFrame* frame) {
-  const XrayCamera& camera = frame->camera;
+UndistortionMaps mapsFor(const XrayCamera& camera, const std::vector<double>& distortion) {
+  UndistortionMaps maps{camera, distortion, FloatImage(camera.width, camera.height),
+                        FloatImage(camera.width, camera.height), MaskImage(camera.width, camera.height)};
   const cv::Matx33d k(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
-  cv::Mat map_u;
-  cv::Mat map_v;
-  cv::initUndistortRectifyMap(k, distortion, cv::noArray(), k, {camera.width, camera.height}, CV_32FC1, map_u, map_v);
+  cv::Mat map_u = wrap(&maps.source_u);
+  cv::Mat map_v = wrap(&maps.source_v);
+  cv::initUndistortRectifyMap(k, distortion, cv::noArray(), k, map_u.size(), CV_32FC1, map_u, map_v);
+  for (std::size_t i = 0; i < maps.seen.pixels.size(); ++i) {
+    const float u = maps.source_u.pixels[i];
+    const float v = maps.source_v.pixels[i];
+    // Written so that NaN is outside.
+    const bool inside = u >= 0.0F && u <= static_cast<float>(camera.width - 1) && v >= 0.0F &&
+                        v <= static_cast<float>(camera.height - 1);
+    maps.seen.pixels[i] = inside ? kUse : 0;
+  }
+  return maps;
+}
+
+/// Straightens the image; the mask loses the pixels that no raw pixel stands behind.
+void undistort(const std::vector<double>& distortion, UndistortionMaps* maps, XrayFrame* frame) {
+  const XrayCamera& camera = frame->camera;
+  if (maps->camera != camera || maps->distortion != distortion) *maps = mapsFor(camera, distortion);
   FloatImage straight(camera.width, camera.height);
   cv::Mat target = wrap(&straight);
-  cv::remap(wrap(&frame->attenuation), target, map_u, map_v, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  for (int v = 0; v < camera.height; ++v) {
-    const float* u_source = map_u.ptr<float>(v);
-    const float* v_source = map_v.ptr<float>(v);
-    for (int u = 0; u < camera.width; ++u) {
-      // Written so that NaN is outside.
-      const bool inside = u_source[u] >= 0.0F && u_source[u] <= static_cast<float>(camera.width - 1) &&
-                          v_source[u] >= 0.0F && v_source[u] <= static_cast<float>(camera.height - 1);
-      if (!inside) frame->mask.at(u, v) = 0;
-    }
-  }
+  cv::remap(wrap(&frame->attenuation), target, wrap(&maps->source_u), wrap(&maps->source_v), cv::INTER_LINEAR,
+            cv::BORDER_REPLICATE);
   frame->attenuation = std::move(straight);
+  frame->mask = maps->seen;
 }
 
 }  // namespace
 
 XrayFrame makeXrayFrame(const FloatImage& raw, double saturation_value, const Calibration& calibration,
-                        const LinearizeOptions& options) {
+                        const LinearizeOptions& options, UndistortionMaps* maps) {
   XrayFrame frame;
   frame.camera = cameraFromCalibration(calibration, raw.width, raw.height);
   frame.attenuation = linearized(raw, saturation_value, options);
-  frame.mask = MaskImage(raw.width, raw.height, kUse);
-  if (isDistorted(calibration)) undistort(calibration.distortion, &frame);
+  UndistortionMaps own_maps;
+  if (isDistorted(calibration)) {
+    undistort(calibration.distortion, maps != nullptr ? maps : &own_maps, &frame);
+  } else {
+    frame.mask = MaskImage(raw.width, raw.height, kUse);
+  }
   return frame;
 }
 

@@ -267,5 +267,62 @@ TEST(XrayFrame, RationalPolynomialIsUndistorted) {
   expectUndistorted(c);
 }
 
+void expectSameFrame(const XrayFrame& a, const XrayFrame& b) {
+  EXPECT_EQ(a.camera, b.camera);
+  EXPECT_EQ(a.attenuation.pixels, b.attenuation.pixels);
+  EXPECT_EQ(a.mask.pixels, b.mask.pixels);
+}
+
+TEST(UndistortionMaps, GiveTheSamePixelsAndAreMadeOnce) {
+  Calibration c = calibration();
+  c.distortion = {0.25, 0.05, 0.004, -0.003, 0.02};
+  UndistortionMaps maps;
+  const FloatImage first = transmission(40000.0);
+  expectSameFrame(makeXrayFrame(first, kMono16, c, {}, &maps), makeXrayFrame(first, kMono16, c, {}));
+  EXPECT_EQ(maps.distortion, c.distortion);
+  // Spoilt maps tell whether the next frame uses them.
+  maps.seen.at(30, 20) = 0;
+  const FloatImage second = transmission(30000.0);
+  XrayFrame expected = makeXrayFrame(second, kMono16, c, {});
+  EXPECT_NE(expected.mask.at(30, 20), 0);
+  expected.mask.at(30, 20) = 0;
+  expectSameFrame(makeXrayFrame(second, kMono16, c, {}, &maps), expected);
+}
+
+TEST(UndistortionMaps, FollowTheCalibration) {
+  const FloatImage image = transmission(40000.0);
+  Calibration c = calibration();
+  c.distortion = {0.25, 0.05, 0.004, -0.003, 0.02};
+  UndistortionMaps maps;
+  makeXrayFrame(image, kMono16, c, {}, &maps);
+  const auto expect_noticed = [&] {
+    const std::vector<float> before = maps.source_u.pixels;
+    expectSameFrame(makeXrayFrame(image, kMono16, c, {}, &maps), makeXrayFrame(image, kMono16, c, {}));
+    EXPECT_NE(maps.source_u.pixels, before);
+  };
+  c.distortion[2] = 0.008;
+  expect_noticed();
+  c.k[0] = 110.0;
+  expect_noticed();
+  c.distortion_model = "rational_polynomial";
+  c.distortion = {0.4, 0.05, 0.002, -0.003, 0.01, 0.1, 0.02, 0.005};
+  expect_noticed();
+  // Another size with the same lens.
+  Calibration small = c;
+  small.roi_width = 60;
+  small.roi_height = 40;
+  FloatImage part(60, 40);
+  for (int v = 0; v < 40; ++v) std::copy_n(&image.at(0, v), 60, &part.at(0, v));
+  expectSameFrame(makeXrayFrame(part, kMono16, small, {}, &maps), makeXrayFrame(part, kMono16, small, {}));
+}
+
+TEST(UndistortionMaps, AreNotMadeForAStraightLens) {
+  UndistortionMaps maps;
+  const FloatImage image = transmission(40000.0);
+  expectSameFrame(makeXrayFrame(image, kMono16, calibration(), {}, &maps),
+                  makeXrayFrame(image, kMono16, calibration(), {}));
+  EXPECT_TRUE(maps.source_u.empty());
+}
+
 }  // namespace
 }  // namespace xray_registration

@@ -52,6 +52,17 @@ struct XrayFrame {
   MaskImage mask;          ///< What may be used: inside collimator and undistorted field, no letters, no metal.
 };
 
+/// Where the pixels of straightened images come from, kept from frame to frame by whoever makes the frames: one object
+/// per view, one thread at a time. Made when a lens with distortion is first met, and anew when the calibration
+/// changes.
+struct UndistortionMaps {
+  XrayCamera camera;               ///< What they were made for: the undistorted camera,
+  std::vector<double> distortion;  ///< and the lens.
+  FloatImage source_u;             ///< Column in the raw image, pixels.
+  FloatImage source_v;             ///< Row.
+  MaskImage seen;                  ///< 0 where the source lies outside of the raw image, else 255.
+};
+
 /// Checks a calibration against the image it came with and resolves ROI and binning. Pixels of a binned image are means
 /// of blocks, so the principal point moves by half a pixel as in XrayCamera::binned.
 /// @throws FrameError for K[0] ≤ 0, a zero size, skew, a ROI beyond the sensor, an unknown distortion model, or a size
@@ -70,8 +81,9 @@ double estimateOpenField(const FloatImage& transmission, double saturation_value
 /// of kind kAttenuation are scaled so that full scale is 8, near what a true −log of 12 bits has; full scale is the
 /// smallest 2ⁿ − 1 that holds the image, as 12-bit detectors fill 16-bit images.
 /// @param saturation_value  Largest value of the encoding (255, 65535); ≤ 0 or infinite when there is none (floats).
+/// @param maps  Saves making them for every frame; the result is the same without.
 /// @throws FrameError when the calibration or the image (constant, not finite) cannot be used.
 XrayFrame makeXrayFrame(const FloatImage& raw, double saturation_value, const Calibration& calibration,
-                        const LinearizeOptions& options);
+                        const LinearizeOptions& options, UndistortionMaps* maps = nullptr);
 
 }  // namespace xray_registration
