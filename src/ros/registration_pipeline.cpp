@@ -168,6 +168,16 @@ void RegistrationPipeline::reset() {
   device_.reset();
 }
 
+UndistortionMaps RegistrationPipeline::borrowMaps(const std::string& view) const {
+  const std::lock_guard<std::mutex> lock(maps_mutex_);
+  return std::exchange(maps_[view], UndistortionMaps{});
+}
+
+void RegistrationPipeline::returnMaps(const std::string& view, UndistortionMaps maps) const {
+  const std::lock_guard<std::mutex> lock(maps_mutex_);
+  maps_[view] = std::move(maps);
+}
+
 ViewInput RegistrationPipeline::makeView(const RawView& raw) const {
   if (!raw.image) throw FrameError(raw.problem.empty() ? "no image" : raw.problem);
   const ImageParameters& options = parameters_.image;
@@ -177,7 +187,9 @@ ViewInput RegistrationPipeline::makeView(const RawView& raw) const {
     // An inverted image in floats has no largest value but its own.
     saturation = *std::max_element(raw.image->pixels.pixels.begin(), raw.image->pixels.pixels.end());
   }
-  XrayFrame frame = makeXrayFrame(raw.image->pixels, saturation, raw.calibration, options.linearize);
+  UndistortionMaps maps = borrowMaps(raw.name);
+  XrayFrame frame = makeXrayFrame(raw.image->pixels, saturation, raw.calibration, options.linearize, &maps);
+  returnMaps(raw.name, std::move(maps));
   const auto mask = masks_.find(raw.name);
   const MaskImage user = mask == masks_.end() ? MaskImage{} : mask->second;
   if (!user.empty() && (user.width != frame.attenuation.width || user.height != frame.attenuation.height)) {

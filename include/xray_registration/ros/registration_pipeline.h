@@ -1,7 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -126,6 +128,8 @@ class RegistrationPipeline {
   void dropCt() { ct_.reset(); }
 
  private:
+  UndistortionMaps borrowMaps(const std::string& view) const;
+  void returnMaps(const std::string& view, UndistortionMaps maps) const;
   std::unique_ptr<Registrar> registrarFromDevice(const RegistrarOptions& options);
   void loadMasks();
   void upload();
@@ -139,6 +143,9 @@ class RegistrationPipeline {
   Logger logger_;
   RegistrarFactory factory_;
   std::map<std::string, MaskImage> masks_;
+  // Kept between frames. A thread takes a view's maps out while it uses them; a second one makes its own.
+  mutable std::mutex maps_mutex_;
+  mutable std::map<std::string, UndistortionMaps> maps_;
   std::shared_ptr<Device> device_;
   // After device_: destroyed before it. Changed by setRegistrar alone, since stage() may look at it meanwhile.
   std::shared_ptr<Registrar> registrar_;
