@@ -116,7 +116,7 @@ Engine::Kernels& Engine::kernels(int split) {
   return guarded(*device_, "compiling the kernels", [&]() -> Kernels& {
     Kernels k;
     const int lanes = lanesFor(split);
-    k.items_per_tile = static_cast<std::size_t>(kRays / lanes * split);
+    k.items_per_tile = static_cast<std::size_t>(kRays / lanes) * static_cast<std::size_t>(split);
     k.program = device_->build(kernels::fast, "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DLANES=" +
                                                   std::to_string(lanes) + " -DSPLIT=" + std::to_string(split));
     k.plan = cl::Kernel(k.program, "plan");

@@ -255,6 +255,7 @@ std::vector<StepSums> FastRegistrar::evaluateMany(const std::vector<View>& views
   std::vector<StepSums> totals(T_camera_ct.size());
   for (const View& view : views) {
     std::vector<RigidTransform> T_view_ct;
+    T_view_ct.reserve(T_camera_ct.size());
     for (const RigidTransform& pose : T_camera_ct) T_view_ct.push_back(view.T_view_first * pose);
     const ResidentXray::Level& xray = view.level(stage.level);
     const std::vector<StepSums> sums = engine_.evaluate(xray, volumeLevel(xray.camera, T_view_ct.front()), T_view_ct,
@@ -472,6 +473,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   }
 
   std::vector<View> views;
+  views.reserve(inputs.size());
   for (const ViewInput& input : inputs) views.push_back(uploadView(input, T_camera_ct_start));
   result.upload_ms = millisecondsSince(begin);
 

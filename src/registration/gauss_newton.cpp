@@ -104,6 +104,7 @@ GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_c
 std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, const std::vector<RigidTransform>& starts,
                                             const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options) {
   std::vector<DampedDescent> descents;
+  descents.reserve(starts.size());
   for (const RigidTransform& start : starts) descents.emplace_back(start, centre_ct_mm, options);
   while (true) {
     std::vector<RigidTransform> poses;
@@ -118,6 +119,7 @@ std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, con
     for (std::size_t i = 0; i < waiting.size(); ++i) waiting[i]->observe(sums[i]);
   }
   std::vector<GaussNewtonResult> results;
+  results.reserve(descents.size());
   for (const DampedDescent& descent : descents) results.push_back(descent.result());
   return results;
 }

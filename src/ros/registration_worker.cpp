@@ -15,7 +15,7 @@ namespace {
 // A stamp this much older than the last one is a recording that starts again, not a late image.
 constexpr double kRestartAfterSeconds = 1.0;
 // Enough for a picture; bounds the time that the marching cubes take.
-constexpr std::size_t kSurfaceVoxels = 160U * 160U * 160U;
+constexpr std::size_t kSurfaceVoxels = std::size_t{160} * 160 * 160;
 
 double latencyOf(const std_msgs::Header& header) {
   const ros::Time now = ros::Time::now();

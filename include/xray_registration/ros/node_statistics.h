@@ -49,8 +49,8 @@ class NodeStatistics {
   using Clock = std::chrono::steady_clock;
   struct Registered {
     Clock::time_point when;
-    double latency_s;
-    double solve_ms;
+    double latency_s = 0.0;
+    double solve_ms = 0.0;
   };
   mutable std::mutex mutex_;
   Snapshot values_;
