@@ -44,10 +44,14 @@ class Ray {
   Ray(const cv::Mat& closed, const cv::Point2d& centre, double angle, float threshold) {
     const cv::Point2d direction(std::cos(angle), std::sin(angle));
     std::vector<float> values;
+    values.reserve(static_cast<std::size_t>(closed.cols + closed.rows));
     for (int r = 0;; ++r) {
-      const int u = static_cast<int>(std::lround(centre.x + r * direction.x));
-      const int v = static_cast<int>(std::lround(centre.y + r * direction.y));
-      if (u < 0 || v < 0 || u >= closed.cols || v >= closed.rows) break;
+      const double x = centre.x + r * direction.x;
+      const double y = centre.y + r * direction.y;
+      if (x <= -0.5 || y <= -0.5) break;
+      const int u = static_cast<int>(x + 0.5);
+      const int v = static_cast<int>(y + 0.5);
+      if (u >= closed.cols || v >= closed.rows) break;
       values.push_back(closed.at<float>(v, u));
     }
     score(values, threshold);
@@ -246,11 +250,10 @@ std::vector<float> samplesOf(const cv::Mat& line) {
   return samples;
 }
 
-/// The value that all but a seventh of the samples reach.
-float reachedByMost(std::vector<float> samples) {
-  const auto rank = static_cast<std::ptrdiff_t>(samples.size() / 7);
-  std::nth_element(samples.begin(), samples.begin() + rank, samples.end());
-  return samples[static_cast<std::size_t>(rank)];
+/// Whether all but a seventh of the samples are above.
+bool mostAreAbove(float threshold, const std::vector<float>& samples) {
+  const auto below = std::count_if(samples.begin(), samples.end(), [&](float value) { return value <= threshold; });
+  return below <= static_cast<std::ptrdiff_t>(samples.size() / 7);
 }
 
 /// Number of lines along one border that a thin frame covers: nearly everywhere darker than the line two further in, or
@@ -274,7 +277,7 @@ int frameWidth(const LineAt& line_at, int lines, float threshold) {
       dark_step[j] = darkest_promise[j] - inner[j];
       drawn_step[j] = std::abs(line[j] - inner[j]);
     }
-    if (reachedByMost(dark_step) > threshold || (is_drawn && reachedByMost(drawn_step) > threshold)) width = i + 2;
+    if (mostAreAbove(threshold, dark_step) || (is_drawn && mostAreAbove(threshold, drawn_step))) width = i + 2;
   }
   return width;
 }

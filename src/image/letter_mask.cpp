@@ -13,7 +13,6 @@ namespace {
 
 using mask_detail::kUse;
 
-constexpr int kLongestSide = 640;
 constexpr float kExtremeShare = 0.004F;  ///< Of the range: what counts as the extreme value itself.
 constexpr float kSmallestStep = 0.3F;    ///< From the ground to the letter, share of the range.
 constexpr float kFlatness = 0.15F;       ///< Largest standard deviation of the ground, share of the step.
@@ -59,55 +58,117 @@ std::vector<float> largestPerLabel(const cv::Mat& values, const cv::Mat& labels,
 
 /// Marks the letters that are drawn in `value`. `extreme` has the pixels with that value, `steps` the image's range
 /// around each pixel.
-void findLetters(const cv::Mat& image, const cv::Mat& steps, const cv::Mat& extreme, float value, float least_step,
-                 cv::Mat* letters) {
-  if (cv::countNonZero(extreme & (steps > least_step)) < kSmallestArea) return;
+void findLetters(const cv::Mat& whole_image, const cv::Mat& whole_steps, const cv::Mat& whole_extreme, float value,
+                 float least_step, cv::Mat* whole_letters) {
+  const cv::Mat at_step = whole_extreme & (whole_steps > least_step);
+  if (cv::countNonZero(at_step) < kSmallestArea) return;
+  const int longest_side = std::max(whole_image.cols, whole_image.rows);
+  // What reaches from a step to the border of this area is too large for a letter; the ground needs four pixels more.
+  const cv::Rect area = mask_detail::boxAround(at_step, static_cast<int>(kLargestLetter * longest_side) + 8);
+  const cv::Mat image = whole_image(area);
+  const cv::Mat extreme = whole_extreme(area);
+  cv::Mat letters = (*whole_letters)(area);
   cv::Mat labels;
   cv::Mat statistics;
   cv::Mat centroids;
   const int count = cv::connectedComponentsWithStats(extreme, labels, statistics, centroids, 8, CV_32S);
-  const std::vector<float> step = largestPerLabel(steps, labels, count);
-  const int longest_side = std::max(image.cols, image.rows);
+  const std::vector<float> step = largestPerLabel(whole_steps(area), labels, count);
   const double stroke = std::max(2.0, kThickestStroke * longest_side);
   for (int i = 1; i < count; ++i) {
     const int* row = statistics.ptr<int>(i);
     const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
-    const int area = row[cv::CC_STAT_AREA];
-    if (step[static_cast<std::size_t>(i)] < least_step || area < kSmallestArea) continue;
+    const int pixels = row[cv::CC_STAT_AREA];
+    if (step[static_cast<std::size_t>(i)] < least_step || pixels < kSmallestArea) continue;
     if (std::max(box.width, box.height) > kLargestLetter * longest_side) continue;
-    if (area > stroke * 2.0 * (box.width + box.height)) continue;
-    if (groundIsFlat(image, extreme, labels, i, box, value, least_step)) (*letters)(box).setTo(kUse, labels(box) == i);
+    if (pixels > stroke * 2.0 * (box.width + box.height)) continue;
+    if (groundIsFlat(image, extreme, labels, i, box, value, least_step)) letters(box).setTo(kUse, labels(box) == i);
   }
 }
 
-/// Blocks that hold at least a quarter of pixels of the extreme value.
-cv::Mat blocksOf(const cv::Mat& extreme, int factor) { return mask_detail::shrunk(extreme, factor) > kUse / 4; }
+/// The pixels that have an extreme value.
+struct ExtremeValue {
+  float low;
+  float high;
+};
+
+/// Adds one for each pixel of a row that has the value and is allowed. Without branches, for vector instructions.
+void countExtremes(const cv::Mat& image, const cv::Mat& allowed, int v, const ExtremeValue& value,
+                   std::vector<std::uint16_t>* counts) {
+  const float* pixels = image.ptr<float>(v);
+  const std::uint8_t* use = allowed.ptr<std::uint8_t>(v);
+  std::uint16_t* count = counts->data();
+  const float low = value.low;
+  const float high = value.high;
+  const int cols = image.cols;
+  for (int u = 0; u < cols; ++u) {
+    count[u] = static_cast<std::uint16_t>(count[u] + ((pixels[u] >= low) & (pixels[u] <= high) & (use[u] != 0)));
+  }
+}
+
+/// Blocks of factor × factor pixels at least a quarter of which have the value and are allowed.
+cv::Mat blocksOf(const cv::Mat& image, const cv::Mat& allowed, const ExtremeValue& value, int factor,
+                 const cv::Size& size) {
+  cv::Mat blocks(size, CV_8U);
+  if (factor == 1) {
+    cv::inRange(image, value.low, value.high, blocks);
+    return blocks & allowed;
+  }
+  const int rows = std::min(factor, image.rows);
+  const int cols = std::min(factor, image.cols);
+  std::vector<std::uint16_t> counts(static_cast<std::size_t>(image.cols));
+  std::vector<int> sums(static_cast<std::size_t>(size.width));
+  for (int block_v = 0; block_v < size.height; ++block_v) {
+    std::fill(counts.begin(), counts.end(), 0);
+    for (int v = block_v * factor; v < block_v * factor + rows; ++v) {
+      countExtremes(image, allowed, v, value, &counts);
+    }
+    std::uint8_t* target = blocks.ptr<std::uint8_t>(block_v);
+    std::fill_n(target, size.width, 0);
+    if (cv::countNonZero(cv::Mat(counts)) == 0) continue;
+    std::fill(sums.begin(), sums.end(), 0);
+    for (int column = 0; column < cols; ++column) {
+      const std::uint16_t* count = counts.data() + column;
+      for (int& sum : sums) {
+        sum += *count;
+        count += factor;
+      }
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) target[i] = 4 * sums[i] >= rows * cols ? kUse : 0;
+  }
+  return blocks;
+}
 
 }  // namespace
 
-MaskImage letterMask(const FloatImage& raw, const MaskImage& field) {
-  MaskImage result(raw.width, raw.height, kUse);
-  if (raw.empty()) return result;
-  const cv::Mat image = mask_detail::view(raw);
+void mask_detail::leaveOutLetters(SearchCopy* copy, const MaskImage& field, MaskImage* mask) {
+  if (copy->image().empty()) return;
+  const cv::Mat image = copy->whole();
+  const MaskImage everywhere = field.empty() ? MaskImage(image.cols, image.rows, kUse) : MaskImage();
+  const cv::Mat allowed = mask_detail::view(field.empty() ? everywhere : field);
   double low = 0.0;
   double high = 0.0;
-  cv::minMaxLoc(image, &low, &high, nullptr, nullptr, field.empty() ? cv::noArray() : mask_detail::view(field));
+  cv::minMaxLoc(image, &low, &high, nullptr, nullptr, allowed);
   const auto range = static_cast<float>(high - low);
-  if (!(range > 0.0F)) return result;
+  if (!(range > 0.0F)) return;
 
-  const int factor = mask_detail::factorFor(image.size(), kLongestSide);
-  const cv::Mat small = mask_detail::shrunk(image, factor);
+  const cv::Mat& small = copy->fine();
   cv::Mat steps;
   cv::morphologyEx(small, steps, cv::MORPH_GRADIENT, cv::Mat::ones(9, 9, CV_8U), {-1, -1}, 1, cv::BORDER_REPLICATE);
   cv::Mat letters = cv::Mat::zeros(small.size(), CV_8U);
+  const double margin = kExtremeShare * range;
   for (const double value : {low, high}) {
-    cv::Mat extreme;
-    cv::inRange(image, value - kExtremeShare * range, value + kExtremeShare * range, extreme);
-    if (!field.empty()) extreme &= mask_detail::view(field);
-    findLetters(small, steps, blocksOf(extreme, factor), static_cast<float>(value), kSmallestStep * range, &letters);
+    const ExtremeValue extreme{static_cast<float>(value - margin), static_cast<float>(value + margin)};
+    const cv::Mat blocks = blocksOf(image, allowed, extreme, copy->factor(), small.size());
+    findLetters(small, steps, blocks, static_cast<float>(value), kSmallestStep * range, &letters);
   }
   cv::dilate(letters, letters, cv::Mat::ones(2 * kRim + 1, 2 * kRim + 1, CV_8U));
-  mask_detail::view(result).setTo(0, mask_detail::grown(letters, factor, image.size()));
+  mask_detail::leaveOut(letters, copy->factor(), mask);
+}
+
+MaskImage letterMask(const FloatImage& raw, const MaskImage& field) {
+  MaskImage result(raw.width, raw.height, kUse);
+  mask_detail::SearchCopy copy(raw);
+  mask_detail::leaveOutLetters(&copy, field, &result);
   return result;
 }
 

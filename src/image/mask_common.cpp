@@ -29,6 +29,27 @@ cv::Mat shrunk(const cv::Mat& image, int factor) {
   return result;
 }
 
+cv::Mat wholeBlocks(const cv::Mat& mask, int factor) {
+  if (factor == 1) return mask == kUse;
+  cv::Mat result(std::max(1, mask.rows / factor), std::max(1, mask.cols / factor), CV_8U);
+  const int rows = std::min(factor, mask.rows);
+  const int cols = std::min(factor, mask.cols);
+  std::vector<std::uint8_t> common(static_cast<std::size_t>(mask.cols));
+  for (int v = 0; v < result.rows; ++v) {
+    std::fill(common.begin(), common.end(), kUse);
+    for (int i = 0; i < rows; ++i) {
+      const std::uint8_t* row = mask.ptr<std::uint8_t>(v * factor + i);
+      for (std::size_t u = 0; u < common.size(); ++u) common[u] &= row[u];
+    }
+    std::uint8_t* target = result.ptr<std::uint8_t>(v);
+    for (int u = 0; u < result.cols; ++u) {
+      const auto first = common.begin() + u * factor;
+      target[u] = std::all_of(first, first + cols, [](std::uint8_t value) { return value == kUse; }) ? kUse : 0;
+    }
+  }
+  return result;
+}
+
 cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size) {
   if (factor == 1) return mask;
   cv::Mat result;
@@ -39,19 +60,54 @@ cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size) {
   return result(cv::Rect({0, 0}, size));
 }
 
-Range percentiles(const cv::Mat& image, double low, double high) {
+cv::Rect boxAround(const cv::Mat& mask, int rim) {
+  const cv::Rect box = cv::boundingRect(mask);
+  if (box.empty()) return {};
+  return (box + cv::Size(2 * rim, 2 * rim) - cv::Point(rim, rim)) & cv::Rect({0, 0}, mask.size());
+}
+
+void leaveOut(const cv::Mat& found, int factor, MaskImage* mask) {
+  for (int block_v = 0; block_v < found.rows; ++block_v) {
+    if (cv::countNonZero(found.row(block_v)) == 0) continue;
+    const std::uint8_t* row = found.ptr<std::uint8_t>(block_v);
+    const int end_v = block_v + 1 == found.rows ? mask->height : (block_v + 1) * factor;
+    for (int block_u = 0; block_u < found.cols; ++block_u) {
+      if (row[block_u] == 0) continue;
+      const int end_u = block_u + 1 == found.cols ? mask->width : (block_u + 1) * factor;
+      for (int v = block_v * factor; v < end_v; ++v)
+        std::fill(&mask->at(block_u * factor, v), &mask->at(0, v) + end_u, 0);
+    }
+  }
+}
+
+namespace {
+
+std::vector<float> sampled(const cv::Mat& image) {
   const int stride = std::max(1, static_cast<int>(std::min(image.rows, image.cols) / 100));
   std::vector<float> values;
   for (int v = stride / 2; v < image.rows; v += stride) {
     const float* row = image.ptr<float>(v);
     for (int u = stride / 2; u < image.cols; u += stride) values.push_back(row[u]);
   }
-  const auto at = [&values](double share) {
-    const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), values.begin() + rank, values.end());
-    return values[static_cast<std::size_t>(rank)];
-  };
-  return {at(low), at(high)};
+  return values;
+}
+
+float valueAt(double share, std::vector<float>* values) {
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values->size() - 1));
+  std::nth_element(values->begin(), values->begin() + rank, values->end());
+  return (*values)[static_cast<std::size_t>(rank)];
+}
+
+}  // namespace
+
+float percentile(const cv::Mat& image, double share) {
+  std::vector<float> values = sampled(image);
+  return valueAt(share, &values);
+}
+
+Range percentiles(const cv::Mat& image, double low, double high) {
+  std::vector<float> values = sampled(image);
+  return {valueAt(low, &values), valueAt(high, &values)};
 }
 
 }  // namespace mask_detail

@@ -20,8 +20,18 @@ int factorFor(const cv::Size& size, int longest_side);
 /// Mean over factor × factor blocks; partial blocks are dropped.
 cv::Mat shrunk(const cv::Mat& image, int factor);
 
+/// 255 for the blocks of factor × factor pixels that are 255 throughout; partial blocks are dropped.
+cv::Mat wholeBlocks(const cv::Mat& mask, int factor);
+
 /// Each pixel factor × factor times; what is missing at the right and bottom repeats the last column and row.
 cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size);
+
+/// The smallest rectangle around all that is not zero, with a rim of `rim` pixels, inside the image. Empty when all is
+/// zero.
+cv::Rect boxAround(const cv::Mat& mask, int rim);
+
+/// Zeroes the pixels of `mask` where `found`, grown by `factor`, is not zero.
+void leaveOut(const cv::Mat& found, int factor, MaskImage* mask);
 
 /// Values at two shares (0…1) of the sorted pixels; at most about 10⁴ pixels are looked at.
 struct Range {
@@ -29,6 +39,33 @@ struct Range {
   float high;
 };
 Range percentiles(const cv::Mat& image, double low, double high);
+float percentile(const cv::Mat& image, double share);
+
+/// An image and its copy with no side longer than kFineSide, made when first asked for: two searches use it.
+class SearchCopy {
+ public:
+  static constexpr int kFineSide = 640;
+
+  /// The image must stay.
+  explicit SearchCopy(const FloatImage& image) : image_(image), factor_(factorFor(whole().size(), kFineSide)) {}
+
+  const FloatImage& image() const { return image_; }
+  cv::Mat whole() const { return view(image_); }
+  int factor() const { return factor_; }
+  const cv::Mat& fine() {
+    if (fine_.empty()) fine_ = shrunk(whole(), factor_);
+    return fine_;
+  }
+
+ private:
+  const FloatImage& image_;
+  int factor_;
+  cv::Mat fine_;
+};
+
+/// The searches of mask.h; they zero what they find in `mask`, which has the image's size.
+void leaveOutLetters(SearchCopy* copy, const MaskImage& field, MaskImage* mask);
+void leaveOutMetal(SearchCopy* copy, const MaskImage& field, MaskImage* mask);
 
 }  // namespace mask_detail
 }  // namespace xray_registration

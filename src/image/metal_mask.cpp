@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -17,8 +18,8 @@ namespace {
 
 using mask_detail::kUse;
 
-constexpr int kFineSide = 640;    ///< Longest side of the copy where beads and letters of lead are searched.
-constexpr int kCoarseSide = 330;  ///< Of the one where rods, screws and balls are.
+// Beads and letters of lead are searched on the fine copy, rods, screws and balls on this one.
+constexpr int kCoarseSide = 330;  ///< Its longest side.
 constexpr int kFineRadius = 5;    ///< Pixels of the copy; twice this is the largest thickness that is found there.
 constexpr int kCoarseRadius = 16;
 constexpr int kFineArea = 25;  ///< Least area; what is smaller must be a bead.
@@ -74,21 +75,32 @@ cv::Mat localNoise(const cv::Mat& image) {
   cv::filter2D(image, second, CV_32F, kernel, {-1, -1}, 0.0, cv::BORDER_REFLECT_101);
   second = cv::abs(second);
   cv::Mat noise;
-  cv::min(second, 4.0 * std::max(mask_detail::percentiles(second, 0.5, 0.75).high, 1e-3F), noise);
+  cv::min(second, 4.0 * std::max(mask_detail::percentile(second, 0.75), 1e-3F), noise);
   cv::blur(noise, noise, {17, 17});
   return noise / (6.0 * 0.8);
+}
+
+/// One row of sharpSteps. Without branches, for vector instructions.
+void markSharp(const float* near_step, const float* whole_step, const float* noise, int count, std::uint8_t* sharp) {
+  for (int u = 0; u < count; ++u) {
+    const float least = kSmoothNoiseFactor * noise[u];
+    const bool is_high = (whole_step[u] > least) & (whole_step[u] > kSmallestStep);
+    const bool is_steep = (near_step[u] > kSharpness * least) & (near_step[u] > kSharpness * kSmallestStep) &
+                          (near_step[u] > kSharpness * whole_step[u]);
+    sharp[u] = is_high & is_steep ? kUse : std::uint8_t{0};
+  }
 }
 
 /// Pixels where a step is sharp, higher than anatomy's, and not noise.
 cv::Mat sharpSteps(const cv::Mat& attenuation, const cv::Mat& noise) {
   const cv::Mat near_step = morphed(attenuation, cv::MORPH_GRADIENT, 1);
-  cv::Mat least;
-  cv::max(kSmoothNoiseFactor * noise, kSmallestStep, least);
-  // Two pixels hold most of the step, so that few are left to look at more closely.
-  cv::Mat sharp = near_step > kSharpness * least;
-  if (cv::countNonZero(sharp) == 0) return sharp;
   const cv::Mat whole_step = morphed(attenuation, cv::MORPH_GRADIENT, 3);
-  return sharp & (near_step > kSharpness * whole_step) & (whole_step > least);
+  cv::Mat sharp(attenuation.size(), CV_8U);
+  for (int v = 0; v < sharp.rows; ++v) {
+    markSharp(near_step.ptr<float>(v), whole_step.ptr<float>(v), noise.ptr<float>(v), sharp.cols,
+              sharp.ptr<std::uint8_t>(v));
+  }
+  return sharp;
 }
 
 /// What is known of a copy before objects are searched in it.
@@ -118,14 +130,14 @@ struct Outline {
   bool isMetal() const { return length > 0 && sharp >= kSharpOutline * length && along_field <= kAlongField * length; }
 };
 
-std::vector<Outline> outlines(const cv::Mat& labels, int count, const Copy& copy) {
+std::vector<Outline> outlines(const cv::Mat& labels, int count, const cv::Mat& sharp, const cv::Mat& field_edge) {
   std::vector<Outline> result(static_cast<std::size_t>(count));
   for (int v = 0; v < labels.rows; ++v) {
     const int* label = labels.ptr<int>(v);
     const int* above = labels.ptr<int>(std::max(v - 1, 0));
     const int* below = labels.ptr<int>(std::min(v + 1, labels.rows - 1));
-    const std::uint8_t* is_sharp = copy.sharp.ptr<std::uint8_t>(v);
-    const std::uint8_t* is_edge = copy.field_edge.ptr<std::uint8_t>(v);
+    const std::uint8_t* is_sharp = sharp.ptr<std::uint8_t>(v);
+    const std::uint8_t* is_edge = field_edge.ptr<std::uint8_t>(v);
     for (int u = 0; u < labels.cols; ++u) {
       const int own = label[u];
       if (own == 0) continue;
@@ -141,27 +153,47 @@ std::vector<Outline> outlines(const cv::Mat& labels, int count, const Copy& copy
   return result;
 }
 
-/// Adds the regions of `above` whose outline is metal's.
-void addMetal(const Copy& copy, const cv::Mat& above, int least_area, cv::Mat* metal) {
-  if (cv::countNonZero(above & copy.sharp) == 0) return;
+/// Where metal may be: what is above a level.
+struct Candidates {
+  cv::Mat above;
+  int least_area;
+};
+
+/// Adds the regions of the candidates whose outline is metal's.
+void addMetal(const Copy& copy, const Candidates& candidates, cv::Mat* metal) {
+  if (cv::countNonZero(candidates.above & copy.sharp) == 0) return;
+  // A rim of what is not above the level closes the outlines.
+  const cv::Rect area = mask_detail::boxAround(candidates.above, 1);
   cv::Mat labels;
   cv::Mat statistics;
   cv::Mat centroids;
-  const int count = cv::connectedComponentsWithStats(above, labels, statistics, centroids, 8, CV_32S);
-  const std::vector<Outline> found = outlines(labels, count, copy);
+  const int count = cv::connectedComponentsWithStats(candidates.above(area), labels, statistics, centroids, 8, CV_32S);
+  const std::vector<Outline> found = outlines(labels, count, copy.sharp(area), copy.field_edge(area));
   for (int i = 1; i < count; ++i) {
     const int* row = statistics.ptr<int>(i);
-    if (row[cv::CC_STAT_AREA] < least_area || !found[static_cast<std::size_t>(i)].isMetal()) continue;
+    if (row[cv::CC_STAT_AREA] < candidates.least_area || !found[static_cast<std::size_t>(i)].isMetal()) continue;
     const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
-    (*metal)(box).setTo(kUse, labels(box) == i);
+    (*metal)(area)(box).setTo(kUse, labels(box) == i);
   }
 }
 
-/// Adds what is thin and sharp on both sides. Without the pixels that are far from a sharp step, a rod and the bone
-/// that it crosses come apart.
-void findThin(const Copy& copy, const cv::Mat& thin_excess, cv::Mat* metal) {
-  const cv::Mat near_step = morphed(copy.sharp, cv::MORPH_DILATE, 2);
-  addMetal(copy, (thin_excess > kThinLevel) & near_step, kThinArea, metal);
+/// The same for many, side by side.
+cv::Mat metalAmong(const Copy& copy, const std::vector<Candidates>& candidates) {
+  cv::Mat metal = cv::Mat::zeros(copy.sharp.size(), CV_8U);
+  std::mutex mutex;
+  cv::parallel_for_({0, static_cast<int>(candidates.size())}, [&](const cv::Range& range) {
+    cv::Mat found = cv::Mat::zeros(metal.size(), CV_8U);
+    for (int i = range.start; i < range.end; ++i) addMetal(copy, candidates[static_cast<std::size_t>(i)], &found);
+    const std::lock_guard<std::mutex> lock(mutex);
+    metal |= found;
+  });
+  return metal;
+}
+
+/// What is thin and sharp on both sides. Without the pixels that are far from a sharp step, a rod and the bone that it
+/// crosses come apart.
+Candidates thinCandidates(const Copy& copy, const cv::Mat& thin_excess) {
+  return {(thin_excess > kThinLevel) & morphed(copy.sharp, cv::MORPH_DILATE, 2), kThinArea};
 }
 
 /// Offsets of the pixels on a ring of about `radius`.
@@ -212,15 +244,15 @@ cv::Mat findMetal(const Copy& copy, const Search& search) {
   cv::Mat metal = cv::Mat::zeros(copy.attenuation.size(), CV_8U);
   if (cv::countNonZero(copy.sharp) >= kFineArea) {
     const cv::Mat thin_excess = excess(copy.smooth, kFineRadius);
-    findThin(copy, thin_excess, &metal);
+    std::vector<Candidates> candidates = {thinCandidates(copy, thin_excess)};
     if (search.small) {
-      for (const float level : kFineLevels) addMetal(copy, thin_excess > level, kFineArea, &metal);
+      for (const float level : kFineLevels) candidates.push_back({thin_excess > level, kFineArea});
     }
     if (search.large) {
       const cv::Mat large_excess = excess(copy.smooth, kCoarseRadius);
-      for (const float level : kCoarseLevels) addMetal(copy, large_excess > level, kCoarseArea, &metal);
+      for (const float level : kCoarseLevels) candidates.push_back({large_excess > level, kCoarseArea});
     }
-    metal = morphed(metal, cv::MORPH_CLOSE, kBridge);
+    metal = morphed(metalAmong(copy, candidates), cv::MORPH_CLOSE, kBridge);
   }
   if (search.small) findBeads(copy, excess(copy.attenuation, kFineRadius), &metal);
   return morphed(metal, cv::MORPH_DILATE, kRim);
@@ -228,25 +260,28 @@ cv::Mat findMetal(const Copy& copy, const Search& search) {
 
 }  // namespace
 
-MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
-  MaskImage result(attenuation.width, attenuation.height, kUse);
-  if (attenuation.empty()) return result;
-  const cv::Mat image = mask_detail::view(attenuation);
-  const int fine_factor = mask_detail::factorFor(image.size(), kFineSide);
-  const cv::Mat fine_image = mask_detail::shrunk(image, fine_factor);
+void mask_detail::leaveOutMetal(SearchCopy* copy, const MaskImage& field, MaskImage* mask) {
+  if (copy->image().empty()) return;
+  const cv::Mat& fine_image = copy->fine();
   cv::Mat fine_field(fine_image.size(), CV_8U, cv::Scalar(kUse));
-  // Only blocks that lie wholly inside: at the field's edge everything is sharp.
-  if (!field.empty()) fine_field = mask_detail::shrunk(mask_detail::view(field), fine_factor) == kUse;
+  // At the field's edge everything is sharp.
+  if (!field.empty()) fine_field = mask_detail::wholeBlocks(mask_detail::view(field), copy->factor());
 
   const int coarse_factor = mask_detail::factorFor(fine_image.size(), kCoarseSide);
   const bool one_copy_does = coarse_factor == 1;
   cv::Mat metal = findMetal(prepared(fine_image, fine_field), {true, one_copy_does});
   if (!one_copy_does) {
-    const Copy coarse = prepared(mask_detail::shrunk(fine_image, coarse_factor),
-                                 mask_detail::shrunk(fine_field, coarse_factor) == kUse);
+    const Copy coarse =
+        prepared(mask_detail::shrunk(fine_image, coarse_factor), mask_detail::wholeBlocks(fine_field, coarse_factor));
     metal |= mask_detail::grown(findMetal(coarse, {false, true}), coarse_factor, fine_image.size());
   }
-  mask_detail::view(result).setTo(0, mask_detail::grown(metal, fine_factor, image.size()));
+  mask_detail::leaveOut(metal, copy->factor(), mask);
+}
+
+MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
+  MaskImage result(attenuation.width, attenuation.height, kUse);
+  mask_detail::SearchCopy copy(attenuation);
+  mask_detail::leaveOutMetal(&copy, field, &result);
   return result;
 }
 
