@@ -2,7 +2,6 @@
 if(TARGET benchmark)
   find_package(Python3 COMPONENTS Interpreter QUIET)
   set(work ${CMAKE_CURRENT_BINARY_DIR}/test_work/benchmark)
-  file(MAKE_DIRECTORY ${work}/pocl_cache)
   set(has "")
   if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
     list(APPEND has plots)
@@ -17,5 +16,5 @@ if(TARGET benchmark)
   add_test(NAME tools.benchmark
            COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/benchmark_test.py
                    --tools $<TARGET_FILE_DIR:benchmark> --work ${work} --has "${has}")
-  set_tests_properties(tools.benchmark PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${work}/pocl_cache" TIMEOUT 600)
+  xray_test_limits(tools.benchmark 600)
 endif()

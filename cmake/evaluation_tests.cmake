@@ -2,10 +2,9 @@
 # names their folder (else the test counts as skipped and says why).
 foreach(kind simulated recorded)
   set(work ${CMAKE_CURRENT_BINARY_DIR}/test_work/evaluate_${kind})
-  file(MAKE_DIRECTORY ${work}/pocl_cache)
   add_test(NAME tools.evaluate_${kind}
            COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/evaluate_test.py ${kind}
                    --tools $<TARGET_FILE_DIR:evaluate> --work ${work})
-  set_tests_properties(tools.evaluate_${kind} PROPERTIES
-    ENVIRONMENT "POCL_CACHE_DIR=${work}/pocl_cache" SKIP_RETURN_CODE 77 TIMEOUT 600)
+  xray_test_limits(tools.evaluate_${kind} 600)
+  set_tests_properties(tools.evaluate_${kind} PROPERTIES SKIP_RETURN_CODE 77)
 endforeach()

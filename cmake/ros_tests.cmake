@@ -12,9 +12,7 @@ foreach(file IN LISTS files)
   # Not where rosrun looks.
   set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
   add_test(NAME ros.${name} COMMAND ${target})
-  set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target})
-  file(MAKE_DIRECTORY ${cache})
-  set_tests_properties(ros.${name} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT 120)
+  xray_test_limits(ros.${name} 120)
 endforeach()
 
 # With a master: the programs stand where rosrun looks, since rostest starts them by their package.

@@ -1,19 +1,24 @@
 find_package(GTest REQUIRED)
 
+# xray_test_limits(<test> <seconds>): its time, and a kernel cache of its own: PoCL's is not safe against another process
+# that writes it.
+function(xray_test_limits test seconds)
+  set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${test})
+  file(MAKE_DIRECTORY ${cache})
+  set_tests_properties(${test} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT ${seconds})
+endfunction()
+
 # xray_test(<room> <name>): test/<room>/<name>_test.cpp against the room and those below it. Named test_<room>_<name>.
 function(xray_test room name)
-  cmake_parse_arguments(TEST "" "" "ROOMS;LIBRARIES;ENVIRONMENT" ${ARGN})
+  cmake_parse_arguments(TEST "" "" "ROOMS" ${ARGN})
   set(target test_${room}_${name})
   add_executable(${target} ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/${name}_test.cpp)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
   target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/src)
   xray_link_rooms(${target} ${room} ${TEST_ROOMS})
-  target_link_libraries(${target} PRIVATE ${TEST_LIBRARIES} GTest::GTest GTest::Main Threads::Threads)
+  target_link_libraries(${target} PRIVATE GTest::GTest GTest::Main Threads::Threads)
   add_test(NAME ${room}.${name} COMMAND ${target})
-  # Each test its own kernel cache: PoCL's is not safe against another process that writes it.
-  set_tests_properties(${room}.${name} PROPERTIES
-    ENVIRONMENT "POCL_CACHE_DIR=${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target};${TEST_ENVIRONMENT}" TIMEOUT 300)
-  file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target})
+  xray_test_limits(${room}.${name} 300)
 endfunction()
 
 # Tests mirror src/: each file test/<room>/<name>_test.cpp is one.

@@ -12,9 +12,7 @@ function(xray_tool_test name)
   # Not where rosrun looks.
   set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
   add_test(NAME tools.${name} COMMAND ${target})
-  set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/${target})
-  file(MAKE_DIRECTORY ${cache})
-  set_tests_properties(tools.${name} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT 300)
+  xray_test_limits(tools.${name} 300)
 endfunction()
 
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
