@@ -2,27 +2,13 @@
 
 #include <algorithm>
 
+#include "xray_registration/ros/status_message.h"
+
 namespace xray_registration {
 
 namespace {
 
 constexpr std::chrono::seconds kWindow{5};
-
-std::uint8_t toMessageState(TrackingState state) {
-  switch (state) {
-    case TrackingState::kWaitingForCt:
-      return RegistrationStatus::WAITING_FOR_CT;
-    case TrackingState::kWaitingForPose:
-      return RegistrationStatus::WAITING_FOR_POSE;
-    case TrackingState::kTracking:
-      return RegistrationStatus::TRACKING;
-    case TrackingState::kLost:
-      return RegistrationStatus::LOST;
-    case TrackingState::kFault:
-      break;
-  }
-  return RegistrationStatus::FAULT;
-}
 
 }  // namespace
 

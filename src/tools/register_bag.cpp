@@ -3,7 +3,6 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
-#include <xray_registration/RegistrationStatus.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -18,6 +17,7 @@
 #include "tools/common/yaml_files.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/ros/overlay.h"
+#include "xray_registration/ros/status_message.h"
 
 namespace {
 
@@ -153,27 +153,10 @@ void copyInput(const std::string& input, rosbag::Bag* output) {
   }
 }
 
-RegistrationStatus statusMessage(const FrameRecord& record, const std_msgs::Header& header,
-                                 const RegistrationPipeline& pipeline) {
-  const RegistrationResult& result = record.outcome.result;
-  RegistrationStatus status;
-  status.header = header;
-  status.state = static_cast<std::uint8_t>(record.outcome.state);
-  status.accepted = result.accepted;
-  status.reason = result.reason;
-  status.views_used = record.outcome.views_used;
-  status.views_missing = record.outcome.views_missing;
-  status.iterations = static_cast<std::uint32_t>(result.iterations);
-  status.converged = result.converged;
-  status.similarity = result.similarity;
-  status.residual = result.residual;
-  status.inlier_fraction = result.inlier_fraction;
-  status.condition_number = result.condition_number;
-  status.registered = record.outcome.registered;
-  status.pose = toPose(record.outcome.registered ? result.T_camera_ct : RigidTransform::Identity());
-  status.latency = record.outcome.total_ms / 1000.0;
-  status.solve_time = result.solve_ms / 1000.0;
-  status.upload_time = result.upload_ms / 1000.0;
+RegistrationStatus statusOf(const FrameRecord& record, const std_msgs::Header& header,
+                            const RegistrationPipeline& pipeline) {
+  RegistrationStatus status = statusMessage(record.outcome, header);
+  status.latency = record.outcome.total_ms * 1e-3;
   status.device = pipeline.deviceName();
   status.ct = pipeline.ctName();
   return status;
@@ -193,7 +176,7 @@ void writeOutput(const Arguments& arguments, const BagSession& session, const st
     std_msgs::Header header;
     header.stamp = record.stamp;
     header.frame_id = session.views().front().frame_id;
-    RegistrationStatus status = statusMessage(record, header, pipeline);
+    RegistrationStatus status = statusOf(record, header, pipeline);
     (result.accepted ? registered : refused) += 1;
     status.frames_received = i + 1;
     status.frames_registered = registered;

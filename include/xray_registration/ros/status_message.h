@@ -1,0 +1,17 @@
+#pragma once
+
+#include <std_msgs/Header.h>
+#include <xray_registration/RegistrationStatus.h>
+
+#include "xray_registration/ros/registration_pipeline.h"
+
+namespace xray_registration {
+
+/// RegistrationStatus::state.
+std::uint8_t toMessageState(TrackingState state);
+
+/// What became of a frame, as a message: all that the outcome tells. Left to the caller: latency, counts, and the names
+/// of device and CT.
+RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::Header& header);
+
+}  // namespace xray_registration

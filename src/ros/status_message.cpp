@@ -1,0 +1,43 @@
+#include "xray_registration/ros/status_message.h"
+
+namespace xray_registration {
+
+std::uint8_t toMessageState(TrackingState state) {
+  switch (state) {
+    case TrackingState::kWaitingForCt:
+      return RegistrationStatus::WAITING_FOR_CT;
+    case TrackingState::kWaitingForPose:
+      return RegistrationStatus::WAITING_FOR_POSE;
+    case TrackingState::kTracking:
+      return RegistrationStatus::TRACKING;
+    case TrackingState::kLost:
+      return RegistrationStatus::LOST;
+    case TrackingState::kFault:
+      break;
+  }
+  return RegistrationStatus::FAULT;
+}
+
+RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::Header& header) {
+  const RegistrationResult& result = outcome.result;
+  RegistrationStatus message;
+  message.header = header;
+  message.state = toMessageState(outcome.state);
+  message.accepted = result.accepted;
+  message.reason = result.reason;
+  if (outcome.registered) message.views_used = outcome.views_used;
+  message.views_missing = outcome.views_missing;
+  message.iterations = static_cast<std::uint32_t>(result.iterations);
+  message.converged = result.converged;
+  message.similarity = result.similarity;
+  message.residual = result.residual;
+  message.inlier_fraction = result.inlier_fraction;
+  message.condition_number = result.condition_number;
+  message.registered = outcome.registered;
+  message.pose = toPose(outcome.registered ? result.T_camera_ct : RigidTransform::Identity());
+  message.solve_time = result.solve_ms * 1e-3;
+  message.upload_time = result.upload_ms * 1e-3;
+  return message;
+}
+
+}  // namespace xray_registration
