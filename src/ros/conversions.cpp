@@ -86,6 +86,15 @@ RigidTransform rigid(double x, double y, double z, const geometry_msgs::Quaterni
   return transform;
 }
 
+/// Into a message's point or vector.
+template <typename Message>
+void setMetres(const Eigen::Vector3d& position_mm, Message* message) {
+  const Eigen::Vector3d metres = position_mm * kMetresPerMillimetre;
+  message->x = metres.x();
+  message->y = metres.y();
+  message->z = metres.z();
+}
+
 geometry_msgs::Quaternion quaternionOf(const RigidTransform& transform) {
   const Eigen::Quaterniond rotation(transform.linear());
   geometry_msgs::Quaternion message;
@@ -169,18 +178,14 @@ RigidTransform fromTransform(const geometry_msgs::Transform& transform, const st
 
 geometry_msgs::Pose toPose(const RigidTransform& transform) {
   geometry_msgs::Pose pose;
-  pose.position.x = transform.translation().x() * kMetresPerMillimetre;
-  pose.position.y = transform.translation().y() * kMetresPerMillimetre;
-  pose.position.z = transform.translation().z() * kMetresPerMillimetre;
+  setMetres(transform.translation(), &pose.position);
   pose.orientation = quaternionOf(transform);
   return pose;
 }
 
 geometry_msgs::Transform toTransform(const RigidTransform& transform) {
   geometry_msgs::Transform message;
-  message.translation.x = transform.translation().x() * kMetresPerMillimetre;
-  message.translation.y = transform.translation().y() * kMetresPerMillimetre;
-  message.translation.z = transform.translation().z() * kMetresPerMillimetre;
+  setMetres(transform.translation(), &message.translation);
   message.rotation = quaternionOf(transform);
   return message;
 }

@@ -89,14 +89,7 @@ class NodeProbe {
     return call.response;
   }
 
-  std::vector<RegistrationStatus> statuses(const ros::Time& stamp) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::vector<RegistrationStatus> found;
-    for (const RegistrationStatus& status : statuses_) {
-      if (status.header.stamp == stamp) found.push_back(status);
-    }
-    return found;
-  }
+  std::vector<RegistrationStatus> statuses(const ros::Time& stamp) const { return withStamp(statuses_, stamp); }
   std::size_t statusCount() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return statuses_.size();
@@ -106,20 +99,10 @@ class NodeProbe {
     return statuses_;
   }
   std::vector<geometry_msgs::TransformStamped> transforms(const ros::Time& stamp) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::vector<geometry_msgs::TransformStamped> found;
-    for (const auto& transform : transforms_) {
-      if (transform.header.stamp == stamp) found.push_back(transform);
-    }
-    return found;
+    return withStamp(transforms_, stamp);
   }
   std::vector<geometry_msgs::PoseWithCovarianceStamped> poses(const ros::Time& stamp) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::vector<geometry_msgs::PoseWithCovarianceStamped> found;
-    for (const auto& pose : poses_) {
-      if (pose.header.stamp == stamp) found.push_back(pose);
-    }
-    return found;
+    return withStamp(poses_, stamp);
   }
 
   /// The status of the frame with this stamp; a status whose reason is "no status came" when none does.
@@ -135,6 +118,16 @@ class NodeProbe {
   }
 
  private:
+  template <typename Message>
+  std::vector<Message> withStamp(const std::vector<Message>& messages, const ros::Time& stamp) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::vector<Message> found;
+    for (const Message& message : messages) {
+      if (message.header.stamp == stamp) found.push_back(message);
+    }
+    return found;
+  }
+
   std::string node_name_;
   ros::NodeHandle node_;
   std::vector<ros::Publisher> images_;
