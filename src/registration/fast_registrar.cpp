@@ -98,6 +98,9 @@ bool isInView(const Eigen::Vector3d& point_camera_mm, const XrayCamera& camera) 
          pixel.y() < 1.5 * camera.height;
 }
 
+/// A cost that can be compared: what is not finite comes last.
+double orderedCost(const StepSums& sums) { return sums.finite() ? sums.cost : std::numeric_limits<double>::infinity(); }
+
 /// Pixels with CT behind them.
 double shadowPixels(const FloatImage& drr) {
   return static_cast<double>(
@@ -344,15 +347,16 @@ RigidTransform FastRegistrar::searchAround(const std::vector<View>& views, const
   std::iota(order.begin(), order.end(), 0);
   // The start itself always takes part.
   std::stable_sort(order.begin() + 1, order.end(),
-                   [&](std::size_t a, std::size_t b) { return ranked[a].cost < ranked[b].cost; });
+                   [&](std::size_t a, std::size_t b) { return orderedCost(ranked[a]) < orderedCost(ranked[b]); });
   std::vector<RigidTransform> best;
   for (std::size_t i = 0; i < std::min(kRefined, order.size()); ++i) best.push_back(poses[order[i]]);
 
   const std::vector<GaussNewtonResult> refined = minimiseMany(
       [&](const std::vector<RigidTransform>& batch) { return evaluateMany(views, stage, kNotRobust, batch); }, best,
       centreCt(), solverFor(views, stage, start));
-  const auto winner = std::min_element(refined.begin(), refined.end(),
-                                       [](const auto& a, const auto& b) { return a.sums.cost < b.sums.cost; });
+  const auto winner = std::min_element(refined.begin(), refined.end(), [](const auto& a, const auto& b) {
+    return orderedCost(a.sums) < orderedCost(b.sums);
+  });
   *steps += winner->steps;
   return winner->T_camera_ct;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "xray_registration/ros/conversions.h"
+#include "xray_registration/ros/status_message.h"
 #include "xray_registration/ros/surface_marker.h"
 
 namespace xray_registration {
@@ -193,23 +194,18 @@ void RegistrationWorker::offer(FrameMessages frame) {
 
 void RegistrationWorker::drop(const FrameMessages& frame) {
   statistics_->frameDropped();
-  RegistrationStatus message;
-  message.header = frame.header;
-  message.reason = "dropped: a newer frame came before this one was looked at";
-  message.pose.orientation.w = 1.0;
-  message.latency = latencyOf(frame.header);
-  statistics_->fill(&message);
-  publishers_->status(message);
+  sayUnregistered(frame.header, "dropped: a newer frame came before this one was looked at");
 }
 
 void RegistrationWorker::refuse(const std_msgs::Header& header, const std::string& reason) {
+  statistics_->frameRefused(reason);
+  sayUnregistered(header, reason);
+}
+
+void RegistrationWorker::sayUnregistered(const std_msgs::Header& header, const std::string& reason) {
   FrameOutcome outcome;
   outcome.result.reason = reason;
-  statistics_->frameRefused(reason);
-  RegistrationStatus message;
-  message.header = header;
-  message.reason = reason;
-  message.pose.orientation.w = 1.0;
+  RegistrationStatus message = statusMessage(outcome, header);
   message.latency = latencyOf(header);
   statistics_->fill(&message);
   publishers_->status(message);
@@ -322,28 +318,13 @@ void RegistrationWorker::publishOutcome(const std_msgs::Header& header, FrameOut
     if (result.accepted) publishers_->sendPose(header, result, pipeline_.centreCt(), T_fixed_camera);
   }
   updateStatistics();
-  RegistrationStatus message;
-  message.header = header;
+  RegistrationStatus message = statusMessage(outcome, header);
   message.latency = latencyOf(header);
   if (result.accepted) {
     statistics_->frameRegistered(message.latency, result.solve_ms);
   } else {
     statistics_->frameRefused(result.reason);
   }
-  message.accepted = result.accepted;
-  message.reason = result.reason;
-  message.views_used = outcome.registered ? outcome.views_used : std::vector<std::string>{};
-  message.views_missing = outcome.views_missing;
-  message.iterations = static_cast<std::uint32_t>(result.iterations);
-  message.converged = result.converged;
-  message.similarity = result.similarity;
-  message.residual = result.residual;
-  message.inlier_fraction = result.inlier_fraction;
-  message.condition_number = result.condition_number;
-  message.registered = outcome.registered;
-  message.pose = toPose(outcome.registered ? result.T_camera_ct : RigidTransform::Identity());
-  message.solve_time = result.solve_ms * 1e-3;
-  message.upload_time = result.upload_ms * 1e-3;
   statistics_->fill(&message);
   publishers_->status(message);
   publishPictures(header, outcome);

@@ -81,6 +81,7 @@ class RegistrationWorker {
   void publishPictures(const std_msgs::Header& header, const FrameOutcome& outcome);
   void refuse(const std_msgs::Header& header, const std::string& reason);
   void drop(const FrameMessages& frame);
+  void sayUnregistered(const std_msgs::Header& header, const std::string& reason);
 
   const NodeParameters parameters_;
   Publishers* publishers_;
