@@ -173,7 +173,7 @@ class PaperEngineCpp : public PaperEngine {
   }
 
   PaperMoments reduce(const std::array<FloatImage, kPaperSlots>& f, const std::array<double, 6>& steps) const {
-    std::array<float, 6> inverse_steps;
+    std::array<float, 6> inverse_steps{};
     for (std::size_t k = 0; k < 6; ++k) inverse_steps[k] = static_cast<float>(1.0 / steps[k]);
     std::array<double, 45> sums{};
     for (std::size_t i = 0; i < weights_.pixels.size(); ++i) {
