@@ -20,19 +20,24 @@ struct Subject {
   Times times;
 };
 
-/// All parts of one subject once.
+// Until both processors' caches hold what another subject's turn has driven out.
+constexpr int kWarmRuns = 5;
+
+/// All parts of one subject once, each after untimed runs.
 void measureOnce(Subject* subject, MarchProbe* probe) {
   Engine& engine = subject->step->engine();
   const FastScene& scene = subject->step->scene();
   Times& times = subject->times;
+  for (int run = 0; run < kWarmRuns; ++run) subject->step->step();
   times.step.push_back(millisecondsOf([&] { subject->step->step(); }));
   const Engine::KernelTimes step = engine.lastKernelTimes();
   times.plan.push_back(step.plan_ms);
   times.march.push_back(step.march_ms);
   times.windows.push_back(step.windows_ms);
-  engine.render(scene.camera, 0, scene.T_camera_ct);
+  for (int run = 0; run <= kWarmRuns; ++run) engine.render(scene.camera, 0, scene.T_camera_ct);
   times.drr.push_back(engine.lastKernelTimes().march_ms);
   subject->step->samples(probe);
+  for (int run = 0; run < kWarmRuns; ++run) probe->loadsOnlyMs();
   times.loads.push_back(probe->loadsOnlyMs());
 }
 
