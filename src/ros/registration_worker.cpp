@@ -300,7 +300,10 @@ FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const
     motion = transforms_->motion(header.frame_id, header.stamp, last_accepted_stamp_, parameters_.frames.fixed);
   }
   if (!pipeline_.fault().empty() || !pipeline_.hasCt()) return pipeline_.process(header.stamp.toSec(), PreparedFrame{});
-  return pipeline_.process(header.stamp.toSec(), preparer_.take(frame), motion);
+  PreparedFrame prepared = preparer_.take(frame);
+  // What was missing ahead of the frame's turn, a transform say, may have come since.
+  if (prepares_ahead_ && !prepared.problem.empty()) prepared = prepare(frame);
+  return pipeline_.process(header.stamp.toSec(), std::move(prepared), motion);
 }
 
 void RegistrationWorker::publishOutcome(const std_msgs::Header& header, FrameOutcome outcome) {

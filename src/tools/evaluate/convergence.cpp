@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tools/common/progress_bar.h"
+
 namespace xray_registration::tools {
 namespace {
 
@@ -24,7 +26,12 @@ std::vector<ConvergenceCurve> convergenceOf(Registrar* registrar, const Registra
     curves[i].mtre_mm.push_back(trials[i].start.mtre_mm);
     longest = std::max(longest, trials[i].result.iterations);
   }
-  for (int budget = 1; budget <= longest; budget += budget < 12 ? 1 : 4) {
+  // The budget is that of one descent; a search that was repeated has counted several.
+  longest = std::min(longest, std::max(options.max_steps_per_frame, options.paper_max_iterations));
+  ProgressBar bar("convergence", static_cast<std::size_t>(longest));
+  // Each point is a whole registration, so they lie closer where more happens.
+  for (int budget = 1; budget <= longest; budget += 1 + budget / 5) {
+    bar.advanceTo(static_cast<std::size_t>(budget));
     RegistrarOptions limited = options;
     limited.max_steps_per_frame = budget;
     limited.paper_max_iterations = budget;
