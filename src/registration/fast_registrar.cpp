@@ -31,7 +31,7 @@ constexpr double kNotRobust = 1e6;
 /// Pixels of a whole image, in units of max_image_pixels, however small the CT's shadow in it is.
 constexpr double kMostPixels = 50.0;
 /// Share of the finest level's tiles that a tracked frame uses, and its evaluations there.
-constexpr double kTrackedTiles = 0.5;
+constexpr double kTrackedTiles = 0.65;
 constexpr int kFinestTrackedSteps = 2;
 /// Pixels of CT shadow that a level needs: half a dozen tiles, or windows hold more of the rest than of the CT.
 constexpr double kSmallestShadow = 400.0;
