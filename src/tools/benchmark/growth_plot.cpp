@@ -60,7 +60,9 @@ void drawPanel(cv::Mat* picture, int column, const std::string& title, const Pan
       if (x.logarithmic && &curve != &curves.front()) continue;
       char value[32];
       std::snprintf(value, sizeof value, "%.3g", points[i].ms);
-      panel.text(points[i].size, points[i].ms, value, curve.colour);
+      // Above the line, which rises to the right.
+      const double above = x.logarithmic ? 1.2 * points[i].ms : points[i].ms + 0.05 * high;
+      panel.text(points[i].size, above, value, curve.colour);
     }
     panel.legend(curve.label, curve.colour);
   }
