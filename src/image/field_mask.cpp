@@ -25,7 +25,6 @@ constexpr double kLargestRange = 5.0;   ///< Nepers; beyond that it is zero pixe
 constexpr float kSharpness = 0.6F;      ///< Least share of the rise over 16 pixels that lies in the first two.
 constexpr float kRiseCap = 2.0F;        ///< Nepers; a collimator's shadow may darken further outside.
 constexpr int kFar = 16;
-constexpr int kLargestJump = 6;  ///< Of the radius from ray to ray, pixels.
 constexpr float kJumpCost = 0.02F;
 constexpr float kSwitchCost = 3.0F;  ///< Of starting or ending a stretch of contour; the best step on a ray scores 1.5.
 constexpr int kShortestRun = kAngles / 18;
@@ -49,8 +48,9 @@ class Ray {
       const double x = centre.x + r * direction.x;
       const double y = centre.y + r * direction.y;
       if (x <= -0.5 || y <= -0.5) break;
-      const int u = static_cast<int>(x + 0.5);
-      const int v = static_cast<int>(y + 0.5);
+      // Faster than lround, and exact to what a pixel is worth here.
+      const int u = static_cast<int>(x + 0.5);  // NOLINT(bugprone-incorrect-roundings)
+      const int v = static_cast<int>(y + 0.5);  // NOLINT(bugprone-incorrect-roundings)
       if (u >= closed.cols || v >= closed.rows) break;
       values.push_back(closed.at<float>(v, u));
     }
@@ -95,7 +95,7 @@ class ContourSearch {
 
   /// A radius for each ray, or kNone.
   std::array<int, kAngles> contour() const {
-    std::array<int, kAngles> result;
+    std::array<int, kAngles> result{};
     result.fill(kNone);
     const std::vector<float>& last = values_;
     const auto best = std::max_element(last.begin(), last.end());

@@ -87,7 +87,7 @@ void markSharp(const float* near_step, const float* whole_step, const float* noi
     const bool is_high = (whole_step[u] > least) & (whole_step[u] > kSmallestStep);
     const bool is_steep = (near_step[u] > kSharpness * least) & (near_step[u] > kSharpness * kSmallestStep) &
                           (near_step[u] > kSharpness * whole_step[u]);
-    sharp[u] = is_high & is_steep ? kUse : std::uint8_t{0};
+    sharp[u] = (is_high & is_steep) ? kUse : std::uint8_t{0};
   }
 }
 

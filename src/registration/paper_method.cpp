@@ -38,7 +38,7 @@ bool eliminate(const Matrix& matrix, const Vector& right, Vector* solution) {
 /// One evaluation of all seven images at s.
 PaperMoments evaluate(PaperEngine* engine, const PaperProblem& problem, const PaperOptions& options,
                       const PaperParameters& s, PaperSolution* solution) {
-  std::array<double, 6> steps;
+  std::array<double, 6> steps{};
   for (std::size_t k = 0; k < 6; ++k) steps[k] = k < 3 ? options.rotation_step_deg : options.translation_step;
   const Clock::time_point start = Clock::now();
   for (int slot = 0; slot < kPaperSlots; ++slot) {
