@@ -71,7 +71,7 @@ std::string checkedPath(const std::string& path, const std::string& directory) {
   const fs::file_status status = fs::status(real, error);
   if (!fs::exists(status)) refuse(path, "there is no such file or folder");
   if (fs::is_directory(status)) {
-    fs::directory_iterator(real, error);
+    const fs::directory_iterator readable(real, error);
     if (error) refuse(path, "the folder cannot be opened: " + error.message());
     if (!boundary.empty()) checkFolder(real, boundary);
     return real.string();

@@ -63,7 +63,7 @@ class ByteStream {
 
 template <typename T>
 T valueAt(const char* bytes, bool swap) {
-  std::array<char, sizeof(T)> own;
+  std::array<char, sizeof(T)> own{};
   std::copy(bytes, bytes + sizeof(T), own.begin());
   if (swap) std::reverse(own.begin(), own.end());
   T value;

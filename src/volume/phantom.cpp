@@ -15,7 +15,7 @@ constexpr double kAirHu = -1000.0;
 struct Ball {
   Eigen::Matrix3d shape;
   Eigen::Vector3d centre;
-  std::int16_t hu;
+  std::int16_t hu = 0;
 };
 
 std::vector<Ball> ballsOf(const std::vector<PhantomEllipsoid>& shapes) {
@@ -80,8 +80,10 @@ Volume paintPhantom(const VolumeGrid& grid, const std::vector<PhantomEllipsoid>&
       for (int y = 0; y < grid.size.y(); ++y) {
         std::fill(sum.begin(), sum.end(), 0);
         for (int s = 0; s < samples * samples; ++s) {
-          const Eigen::Vector3d index(first_sample, y + first_sample + static_cast<double>(s % samples) / samples,
-                                      z + first_sample + static_cast<double>(s / samples) / samples);
+          const int sample_y = s % samples;
+          const int sample_z = s / samples;
+          const Eigen::Vector3d index(first_sample, y + first_sample + static_cast<double>(sample_y) / samples,
+                                      z + first_sample + static_cast<double>(sample_z) / samples);
           std::fill(row.begin(), row.end(), static_cast<std::int16_t>(kAirHu));
           for (const Ball& ball : balls) paintRow(ball, ct_from_index * index, step, &row);
           for (std::size_t i = 0; i < row.size(); ++i) sum[i / static_cast<std::size_t>(samples)] += row[i];

@@ -6,7 +6,7 @@
 namespace xray_registration::tools {
 
 nlohmann::json toJson(const RigidTransform& transform) {
-  const Eigen::Matrix4d matrix = transform.matrix();
+  const Eigen::Matrix4d& matrix = transform.matrix();
   nlohmann::json rows = nlohmann::json::array();
   for (int row = 0; row < 4; ++row) {
     rows.push_back({matrix(row, 0), matrix(row, 1), matrix(row, 2), matrix(row, 3)});

@@ -23,7 +23,7 @@ class Trajectory {
     double turns;  ///< Per period.
     double phase_rad;
   };
-  std::array<std::array<Sine, 3>, 6> components_;
+  std::array<std::array<Sine, 3>, 6> components_{};
   double period_s_;
 };
 
