@@ -1,22 +1,13 @@
 #include "xray_registration/evaluation/trials.h"
 
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "xray_registration/common/stopwatch.h"
+
 namespace xray_registration {
 namespace {
-
-class StopWatch {
- public:
-  double milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
 
 void check(const std::vector<EvaluationFrame>& frames) {
   if (frames.empty()) throw std::invalid_argument("no frame with a true pose to evaluate on");
@@ -102,7 +93,7 @@ std::vector<Trial> runTrials(Registrar* registrar, const std::vector<EvaluationF
     trial.disturbance = starts.next();
     const RigidTransform T_camera_ct_start =
         updatedPose(frame.T_camera_ct_true, trial.disturbance, frame.T_camera_ct_true * centre_ct_mm);
-    const StopWatch watch;
+    const Stopwatch watch;
     trial.result = registrar->registerFrame(frame.views, T_camera_ct_start, false);
     trial.solve_ms = watch.milliseconds();
     trial.start = poseError(T_camera_ct_start, frame.T_camera_ct_true, targets_ct_mm);
@@ -126,7 +117,7 @@ std::vector<Trial> followFrames(Registrar* registrar, Tracker* tracker, const st
     Trial trial = trialOf(frame);
     // The tracker never loses its pose once it has one.
     const RigidTransform T_camera_ct_start = tracker->prediction(frame.stamp_s).value_or(frame.T_camera_ct_true);
-    const StopWatch watch;
+    const Stopwatch watch;
     trial.result = tracker->process(registrar, frame.views, frame.stamp_s);
     trial.solve_ms = watch.milliseconds();
     trial.disturbance = twistBetween(frame.T_camera_ct_true, T_camera_ct_start, frame.T_camera_ct_true * centre_ct_mm);

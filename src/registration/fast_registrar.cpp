@@ -8,6 +8,7 @@
 
 #include "registration/frame_checks.h"
 #include "registration/view_preparation.h"
+#include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/self_test.h"
 #include "xray_registration/registration/verdict.h"
 #include "xray_registration/volume/volume_pyramid.h"
@@ -462,7 +463,7 @@ FastRegistrar::Attempt FastRegistrar::confirmedSearch(std::vector<View>* views, 
 
 RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
                                                 const RigidTransform& T_camera_ct_start, bool tracking) {
-  const SteadyClock::time_point begin = SteadyClock::now();
+  const Stopwatch watch;
   RegistrationResult result;
   result.T_camera_ct = T_camera_ct_start;
   if (!hasVolume()) {
@@ -479,7 +480,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   std::vector<View> views;
   views.reserve(inputs.size());
   for (const ViewInput& input : inputs) views.push_back(uploadView(input, T_camera_ct_start));
-  result.upload_ms = millisecondsSince(begin);
+  result.upload_ms = watch.milliseconds();
 
   GaussNewtonResult solution;
   double disagreement_mm = -1.0;
@@ -494,7 +495,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   }
   judge(views, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
   expectAfter(result, views);
-  result.solve_ms = millisecondsSince(begin);
+  result.solve_ms = watch.milliseconds();
   return result;
 }
 

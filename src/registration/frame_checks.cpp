@@ -44,8 +44,4 @@ double conditionNumber(const Matrix6d& normal, double radius_mm) {
   return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
 }
 
-double millisecondsSince(SteadyClock::time_point start) {
-  return std::chrono::duration<double, std::milli>(SteadyClock::now() - start).count();
-}
-
 }  // namespace xray_registration

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <vector>
 
@@ -20,8 +19,5 @@ double conditionNumber(const Matrix6d& normal, double radius_mm);
 
 /// The matrix in units of motion at `radius_mm`: rows and columns of rotation divided by it.
 Matrix6d scaledToRadius(const Matrix6d& matrix, double radius_mm);
-
-using SteadyClock = std::chrono::steady_clock;
-double millisecondsSince(SteadyClock::time_point start);
 
 }  // namespace xray_registration

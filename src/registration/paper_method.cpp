@@ -1,19 +1,14 @@
 #include "xray_registration/registration/paper_method.h"
 
 #include <Eigen/LU>
-#include <chrono>
 #include <cmath>
+
+#include "xray_registration/common/stopwatch.h"
 
 namespace xray_registration {
 namespace {
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
-using Clock = std::chrono::steady_clock;
-
-double millisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 Eigen::Matrix3d eulerRotation(const Eigen::Vector3d& degrees) {
   const Eigen::Vector3d rad = degrees * kRadiansPerDegree;
   return (Eigen::AngleAxisd(rad.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rad.y(), Eigen::Vector3d::UnitY()) *
@@ -40,7 +35,7 @@ PaperMoments evaluate(PaperEngine* engine, const PaperProblem& problem, const Pa
                       const PaperParameters& s, PaperSolution* solution) {
   std::array<double, 6> steps{};
   for (std::size_t k = 0; k < 6; ++k) steps[k] = k < 3 ? options.rotation_step_deg : options.translation_step;
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   for (int slot = 0; slot < kPaperSlots; ++slot) {
     PaperParameters moved = s;
     if (slot > 0) moved[slot - 1] += steps[static_cast<std::size_t>(slot - 1)];
@@ -48,7 +43,7 @@ PaperMoments evaluate(PaperEngine* engine, const PaperProblem& problem, const Pa
                                    problem.line_integrals));
   }
   if (options.time_parts) engine->finish();
-  solution->drr_ms += millisecondsSince(start);
+  solution->drr_ms += watch.milliseconds();
   return engine->moments(steps);
 }
 
@@ -137,7 +132,7 @@ PaperSolution solvePaper(PaperEngine* engine, const PaperProblem& problem, const
     solution.reason = "the start lies outside the image";
     return solution;
   }
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   while (solution.iterations < options.max_iterations && !solution.converged) {
     const PaperMoments moments = evaluate(engine, problem, options, solution.s, &solution);
     const PaperStep step = paperStep(moments, options.gain_and_offset);
@@ -163,7 +158,7 @@ PaperSolution solvePaper(PaperEngine* engine, const PaperProblem& problem, const
     ++solution.iterations;
     solution.converged = step.delta.norm() < options.stop_norm;
   }
-  solution.other_ms = millisecondsSince(start) - solution.drr_ms;
+  solution.other_ms = watch.milliseconds() - solution.drr_ms;
   return solution;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "registration/frame_checks.h"
+#include "xray_registration/common/stopwatch.h"
 #include "xray_registration/image/image_pyramid.h"
 #include "xray_registration/registration/verdict.h"
 #include "xray_registration/volume/volume_pyramid.h"
@@ -157,7 +158,7 @@ RegistrationResult PaperRegistrar::registerFrame(const std::vector<ViewInput>& v
   if (!result.reason.empty()) return result;
   result.T_camera_ct = T_camera_ct_start;
 
-  const SteadyClock::time_point start = SteadyClock::now();
+  const Stopwatch watch;
   const ViewInput& view = views.front();
   const int factor = binningFactor(view.camera, options_.paper_image_size);
   FloatImage attenuation;
@@ -165,7 +166,7 @@ RegistrationResult PaperRegistrar::registerFrame(const std::vector<ViewInput>& v
   binImage(view.attenuation, view.mask, factor, &attenuation, &mask);
   if (options_.truncation_weights) maskTruncatedRays(averaged_, view.camera.binned(factor), T_camera_ct_start, &mask);
   engine_->setTarget(attenuation, mask, PaperFilter{kSmoothSigmaPx, kBackgroundSigmaPx});
-  result.upload_ms = millisecondsSince(start);
+  result.upload_ms = watch.milliseconds();
 
   PaperProblem problem;
   problem.camera = view.camera.binned(factor);
@@ -181,7 +182,7 @@ RegistrationResult PaperRegistrar::registerFrame(const std::vector<ViewInput>& v
   options.gain_and_offset = true;
   const PaperSolution solution = solvePaper(engine_.get(), problem, options);
   judge(problem, solution, attenuation, mask, tracking, &result);
-  result.solve_ms = millisecondsSince(start);
+  result.solve_ms = watch.milliseconds();
   return result;
 }
 

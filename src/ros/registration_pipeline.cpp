@@ -2,23 +2,17 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
+#include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/device.h"
 #include "xray_registration/registration/registrar_factory.h"
 
 namespace xray_registration {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double millisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 MaskImage readMask(const std::string& path, const std::string& parameter) {
   const cv::Mat mask = cv::imread(path, cv::IMREAD_GRAYSCALE);
@@ -220,7 +214,7 @@ FrameOutcome RegistrationPipeline::refused(const std::string& reason) const {
 }
 
 PreparedFrame RegistrationPipeline::prepare(const std::vector<RawView>& views) const {
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   PreparedFrame frame;
   frame.views.resize(views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -232,14 +226,14 @@ PreparedFrame RegistrationPipeline::prepare(const std::vector<RawView>& views) c
       frame.problem += error.what();
     }
   }
-  frame.prepare_ms = millisecondsSince(start);
+  frame.prepare_ms = watch.milliseconds();
   return frame;
 }
 
 void RegistrationPipeline::stage(PreparedFrame* frame) const {
   const std::shared_ptr<const Registrar> registrar = std::atomic_load(&registrar_);
   if (!registrar) return;
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   std::size_t index = 0;
   for (std::optional<ViewInput>& view : frame->views) {
     if (!view) continue;
@@ -250,7 +244,7 @@ void RegistrationPipeline::stage(PreparedFrame* frame) const {
     }
     ++index;
   }
-  frame->prepare_ms += millisecondsSince(start);
+  frame->prepare_ms += watch.milliseconds();
 }
 
 bool RegistrationPipeline::computesAside() const { return device_ && device_->isGpu(); }
@@ -285,7 +279,7 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, PreparedFrame frame,
 
 FrameOutcome RegistrationPipeline::process(double stamp_s, const std::vector<std::optional<ViewInput>>& views,
                                            const std::optional<RigidTransform>& T_camera_now_camera_last) {
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   if (!fault_.empty()) return refused(fault_);
   if (!hasCt()) return refused("no CT is loaded");
   const std::vector<std::string> names = parameters_.viewNames();
@@ -306,7 +300,7 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, const std::vector<std
     registerViews(stamp_s, present, T_camera_now_camera_last, &outcome);
   }
   outcome.state = state();
-  outcome.total_ms = millisecondsSince(start);
+  outcome.total_ms = watch.milliseconds();
   return outcome;
 }
 

@@ -1,6 +1,5 @@
 // Random starts around a recorded session's true poses: how often, how exactly and how fast the registration finds
 // back, and whether its verdict can be trusted.
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -13,6 +12,7 @@
 #include "tools/evaluate/plot.h"
 #include "tools/evaluate/report.h"
 #include "tools/evaluate/session_frames.h"
+#include "xray_registration/common/stopwatch.h"
 
 namespace xray_registration::tools {
 namespace {
@@ -117,9 +117,9 @@ double loadCt(RegistrationPipeline* pipeline, const Arguments& arguments, const 
               const Logger& logger) {
   pipeline->openDevice();
   const Volume ct = readVolume(arguments.ct, parameters.ct.read, logger);
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   pipeline->setCt(ct);
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return watch.milliseconds();
 }
 
 std::vector<Trial> runAll(RegistrationPipeline* pipeline, const std::vector<EvaluationFrame>& frames,

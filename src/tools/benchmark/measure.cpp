@@ -1,17 +1,17 @@
 #include "tools/benchmark/measure.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "tools/common/progress_bar.h"
+#include "xray_registration/common/stopwatch.h"
 
 namespace xray_registration::tools {
 
 double millisecondsOf(const std::function<void()>& run) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   run();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return watch.milliseconds();
 }
 
 double medianOf(std::vector<double> values) {

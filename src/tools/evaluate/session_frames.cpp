@@ -1,8 +1,9 @@
 #include "tools/evaluate/session_frames.h"
 
-#include <chrono>
 #include <stdexcept>
 #include <string>
+
+#include "xray_registration/common/stopwatch.h"
 
 namespace xray_registration::tools {
 namespace {
@@ -25,11 +26,11 @@ EvaluationFrame preparedFrame(const BagSession& session, const BagFrame& bag_fra
   EvaluationFrame frame;
   frame.stamp_s = bag_frame.stamp.toSec();
   frame.T_camera_ct_true = *bag_frame.T_first_ct_true;
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   for (std::size_t i = 0; i < session.views().size(); ++i) {
     frame.views.push_back(pipeline.makeView(rawView(session.views()[i], bag_frame.views[i])));
   }
-  frame.prepare_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  frame.prepare_ms = watch.milliseconds();
   return frame;
 }
 
