@@ -6,7 +6,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   find_package(ITK REQUIRED COMPONENTS
     ITKCommon ITKIOImageBase ITKIONIFTI ITKIONRRD ITKIOMeta ITKIOGDCM ITKImageIntensity ITKMesh ITKQuadEdgeMesh
     ITKQuadEdgeMeshFiltering ITKImageGrid ITKSmoothing)
-  find_package(OpenCV REQUIRED COMPONENTS core imgproc calib3d)
+  find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs calib3d)
 endif()
 
 # A new .cpp in a room's folder is picked up at the next build.
@@ -47,6 +47,15 @@ xray_room(evaluation SOURCES ${evaluation_sources} ROOMS registration
           LIBRARIES Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 
 set(core_rooms geometry volume image drr registration evaluation)
+# The way of a frame from pixels to a verdict reads parameters (yaml-cpp) and masks (OpenCV).
+if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  find_package(yaml-cpp REQUIRED)
+  xray_glob(pipeline_sources pipeline)
+  xray_room(pipeline SOURCES ${pipeline_sources} ROOMS registration
+            LIBRARIES Eigen3::Eigen OpenCL::OpenCL ${YAML_CPP_LIBRARIES})
+  target_include_directories(xray_registration_pipeline SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
+  list(APPEND core_rooms pipeline)
+endif()
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   xray_room(volume_itk SOURCES ${itk_sources} ROOMS volume LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES} gdcmCommon)
   # GDCM, which ITK reads DICOM with, prints what it finds in files; its switch for that is in a header of its own.
@@ -67,5 +76,6 @@ add_library(xray_registration_core SHARED ${core_objects})
 target_include_directories(xray_registration_core PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
 target_link_libraries(xray_registration_core PUBLIC Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  target_link_libraries(xray_registration_core PUBLIC ${YAML_CPP_LIBRARIES})
   target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} gdcmCommon ${OpenCV_LIBS})
 endif()

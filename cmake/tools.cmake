@@ -29,9 +29,6 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
       message(FATAL_ERROR "The tools need ${library}: libcli11-dev, nlohmann-json3-dev")
     endif()
   endforeach()
-  if(NOT XRAY_REGISTRATION_ROS)
-    find_package(yaml-cpp REQUIRED)
-  endif()
 
   set(common ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/common)
   add_library(xray_registration_tools_common STATIC

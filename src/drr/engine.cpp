@@ -274,29 +274,17 @@ double Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_came
   });
 }
 
-StagedXray Engine::stage(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) const {
-  return guarded(*device_, "uploading the X-ray", [&] {
-    StagedXray staged;
-    staged.camera = camera;
-    staged.deviation = deviationOf(attenuation, weight);
-    const std::size_t bytes = sizeof(float) * attenuation.pixels.size();
-    staged.attenuation = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
-    staged.mask = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
-    cl::CommandQueue& queue = device_->uploadQueue();
-    queue.enqueueWriteBuffer(staged.attenuation, CL_FALSE, 0, bytes, attenuation.pixels.data());
-    queue.enqueueWriteBuffer(staged.mask, CL_FALSE, 0, bytes, weight.pixels.data());
-    // The host images may go away, and the other queue may read from now on.
-    queue.finish();
-    return staged;
-  });
-}
-
-ResidentXray Engine::upload(const StagedXray& staged) {
+ResidentXray Engine::upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) {
   return guarded(*device_, "uploading the X-ray", [&] {
     ResidentXray xray;
-    xray.deviation = staged.deviation;
-    xray.mask = staged.mask;
-    xray.levels.push_back(newXrayLevel(staged.camera, staged.attenuation));
+    xray.deviation = deviationOf(attenuation, weight);
+    const std::size_t bytes = sizeof(float) * attenuation.pixels.size();
+    const cl::Buffer pixels(device_->context(), CL_MEM_READ_WRITE, bytes);
+    xray.mask = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
+    cl::CommandQueue& queue = device_->solveQueue();
+    queue.enqueueWriteBuffer(pixels, CL_FALSE, 0, bytes, attenuation.pixels.data());
+    queue.enqueueWriteBuffer(xray.mask, CL_TRUE, 0, bytes, weight.pixels.data());
+    xray.levels.push_back(newXrayLevel(camera, pixels));
     while (std::min(xray.levels.back().camera.width, xray.levels.back().camera.height) >= 2 * kSmallestSide) {
       const XrayCamera half = xray.levels.back().camera.binned(2);
       xray.levels.push_back(newXrayLevel(half, cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytesOf(half))));

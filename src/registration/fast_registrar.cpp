@@ -20,8 +20,6 @@ namespace {
 constexpr double kTargetRadiusMm = 60.0;
 /// How far beyond the CT's sphere a start may be off and its projection still be in the crop.
 constexpr double kCropMarginMm = 15.0;
-/// How far of that margin the CT may move between staging an X-ray and registering it.
-constexpr double kStagedMotionMm = 5.0;
 /// Line integral of unexplained tissue (5 cm of water) that halves a ray's weight.
 constexpr double kUnexplainedLimit = 1.0;
 /// Deviations below this part of the image's own count as flat.
@@ -108,15 +106,6 @@ double shadowPixels(const FloatImage& drr) {
       std::count_if(drr.pixels.begin(), drr.pixels.end(), [](float value) { return value > 0.0F; }));
 }
 
-/// A view that was cropped, binned and transferred before its turn.
-struct ViewOnDevice : StagedView {
-  std::shared_ptr<Device> device;
-  Eigen::Vector3d centre_camera_mm;  ///< What the crop is around.
-  double radius_mm = 0.0;
-  int binning = 1;
-  StagedXray xray;
-};
-
 }  // namespace
 
 FastRegistrar::FastRegistrar(std::shared_ptr<Device> device, const RegistrarOptions& options, const Logger& logger)
@@ -129,7 +118,6 @@ bool FastRegistrar::setOptions(const RegistrarOptions& options) {
 }
 
 void FastRegistrar::setVolume(const AttenuationVolume& volume) {
-  expect({});
   selfTest(&engine_);
   const std::size_t budget = residentVoxelBytes(*device_);
   if (volume.values.size() * sizeof(std::uint16_t) > budget) {
@@ -142,13 +130,13 @@ void FastRegistrar::setVolume(const AttenuationVolume& volume) {
           std::to_string(engine_.volume().bytes() >> 20U) + " MiB");
 }
 
-int FastRegistrar::binningFor(const ViewInput& view, const RigidTransform& T_view_ct) {
-  const double pixels = static_cast<double>(view.camera.width) * view.camera.height;
+int FastRegistrar::binningFor(const XrayCamera& whole, const RigidTransform& T_view_ct) {
+  const double pixels = static_cast<double>(whole.width) * whole.height;
   if (pixels <= options_.max_image_pixels) return 1;
   // The march costs by the pixel that has CT behind it, so a small bone in a large image is seen finely.
   constexpr int kPreviewSide = 64;
-  const int preview = std::max(1, std::min(view.camera.width, view.camera.height) / kPreviewSide);
-  const XrayCamera camera = view.camera.binned(preview);
+  const int preview = std::max(1, std::min(whole.width, whole.height) / kPreviewSide);
+  const XrayCamera camera = whole.binned(preview);
   const double depth_mm = depthOf(T_view_ct);
   const double shadow =
       shadowPixels(engine_.render(camera, volumeLevel(camera, T_view_ct), T_view_ct)) * preview * preview;
@@ -156,54 +144,19 @@ int FastRegistrar::binningFor(const ViewInput& view, const RigidTransform& T_vie
   const double finest_useful_mm = 0.3 * engine_.volume().levels().front().spacing_mm;
   const double factor = std::max({std::sqrt(shadow / options_.max_image_pixels),
                                   std::sqrt(pixels / (kMostPixels * options_.max_image_pixels)),
-                                  finest_useful_mm / view.camera.pixelSizeAt(depth_mm)});
+                                  finest_useful_mm / whole.pixelSizeAt(depth_mm)});
   return std::max(1, static_cast<int>(std::ceil(factor - 1e-9)));
-}
-
-std::shared_ptr<const StagedView> FastRegistrar::stage(const ViewInput& view, std::size_t index) const {
-  ExpectedView expected;
-  {
-    const std::lock_guard<std::mutex> lock(expected_mutex_);
-    if (index >= expected_.size()) return nullptr;
-    expected = expected_[index];
-  }
-  // Another camera needs another crop; a frame that is wrong in itself is refused when its turn comes.
-  if (expected.camera != view.camera || !problemOf(view).empty()) return nullptr;
-  auto staged = std::make_shared<ViewOnDevice>();
-  staged->device = device_;
-  staged->centre_camera_mm = expected.centre_camera_mm;
-  staged->radius_mm = expected.radius_mm;
-  staged->binning = expected.binning;
-  const PreparedView prepared =
-      prepareView(view, expected.centre_camera_mm, expected.radius_mm + kCropMarginMm, expected.binning);
-  staged->xray = engine_.stage(prepared.camera, prepared.attenuation, prepared.weight);
-  return staged;
-}
-
-void FastRegistrar::expect(std::vector<ExpectedView> views) {
-  const std::lock_guard<std::mutex> lock(expected_mutex_);
-  expected_ = std::move(views);
 }
 
 FastRegistrar::View FastRegistrar::uploadView(const ViewInput& view, const RigidTransform& T_camera_ct_start) {
   const RigidTransform T_view_ct = view.T_view_first * T_camera_ct_start;
-  const Eigen::Vector3d centre = T_view_ct * centreCt();
-  const double radius_mm = engine_.volume().radiusMm();
   View on_device;
-  on_device.camera = view.camera;
   on_device.T_view_first = view.T_view_first;
   on_device.twist_carried = twistCarriedBy(view.T_view_first);
-  const auto* staged = dynamic_cast<const ViewOnDevice*>(view.staged.get());
-  // The crop has a margin: the CT may have moved a little since.
-  if (staged != nullptr && staged->device == device_ && staged->radius_mm == radius_mm &&
-      (staged->centre_camera_mm - centre).norm() < kStagedMotionMm) {
-    on_device.binning = staged->binning;
-    on_device.xray = engine_.upload(staged->xray);
-  } else {
-    on_device.binning = binningFor(view, T_view_ct);
-    const PreparedView prepared = prepareView(view, centre, radius_mm + kCropMarginMm, on_device.binning);
-    on_device.xray = engine_.upload(prepared.camera, prepared.attenuation, prepared.weight);
-  }
+  const PreparedView prepared =
+      prepareView(*view.xray, T_view_ct * centreCt(), engine_.volume().radiusMm() + kCropMarginMm,
+                  binningFor(view.xray->camera, T_view_ct));
+  on_device.xray = engine_.upload(prepared.camera, prepared.attenuation, prepared.weight);
   return on_device;
 }
 
@@ -477,6 +430,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
     return result;
   }
 
+  result.solved = true;
   std::vector<View> views;
   views.reserve(inputs.size());
   for (const ViewInput& input : inputs) views.push_back(uploadView(input, T_camera_ct_start));
@@ -494,18 +448,8 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
     robust_scale2_ = solution.robust_scale2;
   }
   judge(views, solution, T_camera_ct_start, tracking, disagreement_mm, &result);
-  expectAfter(result, views);
   result.solve_ms = watch.milliseconds();
   return result;
-}
-
-void FastRegistrar::expectAfter(const RegistrationResult& result, const std::vector<View>& views) {
-  std::vector<ExpectedView> expected;
-  for (const View& view : views) {
-    const Eigen::Vector3d centre = view.T_view_first * result.T_camera_ct * centreCt();
-    if (result.accepted) expected.push_back({view.camera, view.binning, centre, engine_.volume().radiusMm()});
-  }
-  expect(std::move(expected));
 }
 
 void FastRegistrar::judge(const std::vector<View>& views, const GaussNewtonResult& solution,

@@ -6,7 +6,7 @@
 
 namespace xray_registration {
 
-std::string problemOf(const ViewInput& view) {
+std::string problemOf(const XrayFrame& view) {
   std::string problem = view.camera.problem();
   if (!problem.empty()) return problem;
   if (view.attenuation.width != view.camera.width || view.attenuation.height != view.camera.height) {
@@ -26,7 +26,7 @@ std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform&
   if (views.empty()) return "no view was given";
   if (!T_camera_ct_start.matrix().allFinite()) return "the start pose is not finite";
   for (const ViewInput& view : views) {
-    std::string problem = problemOf(view);
+    std::string problem = problemOf(*view.xray);
     if (!problem.empty()) return problem;
   }
   return {};

@@ -8,7 +8,7 @@
 namespace xray_registration {
 
 /// What is wrong with a view in itself, in words; empty when nothing is.
-std::string problemOf(const ViewInput& view);
+std::string problemOf(const XrayFrame& view);
 
 /// What keeps a frame from being registered, in words; empty when nothing does.
 std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start);

@@ -157,9 +157,10 @@ RegistrationResult PaperRegistrar::registerFrame(const std::vector<ViewInput>& v
   result.reason = problemOf(views, T_camera_ct_start);
   if (!result.reason.empty()) return result;
   result.T_camera_ct = T_camera_ct_start;
+  result.solved = true;
 
   const Stopwatch watch;
-  const ViewInput& view = views.front();
+  const XrayFrame& view = *views.front().xray;
   const int factor = binningFactor(view.camera, options_.paper_image_size);
   FloatImage attenuation;
   MaskImage mask;

@@ -89,7 +89,7 @@ void hideUnweighted(const FloatImage& weight, FloatImage* attenuation) {
 
 }  // namespace
 
-PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm,
+PreparedView prepareView(const XrayFrame& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm,
                          int binning) {
   const Window window = windowAround(view.camera, centre_camera_mm, radius_mm);
   const bool whole = window.width == view.camera.width && window.height == view.camera.height;

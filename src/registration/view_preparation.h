@@ -1,6 +1,6 @@
 #pragma once
 
-#include "xray_registration/registration/registrar.h"
+#include "xray_registration/image/xray_frame.h"
 
 namespace xray_registration {
 
@@ -14,6 +14,6 @@ struct PreparedView {
 /// Crops to the projection of a sphere (centre in the view's camera frame, radius with its margin), then bins, but not
 /// below 8 pixels a side. A crop that would keep most of the image is not made. Pixels without weight hold the mean of
 /// the others.
-PreparedView prepareView(const ViewInput& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm, int binning);
+PreparedView prepareView(const XrayFrame& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm, int binning);
 
 }  // namespace xray_registration

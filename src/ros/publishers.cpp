@@ -52,10 +52,10 @@ void Publishers::drr(std::size_t view, const std_msgs::Header& header, const Flo
   drr_[view].publish(message);
 }
 
-void Publishers::overlay(std::size_t view, const std_msgs::Header& header, const ViewInput& input,
-                         const FloatImage& drr, bool accepted) const {
+void Publishers::overlay(std::size_t view, const std_msgs::Header& header, const XrayFrame& xray, const FloatImage& drr,
+                         bool accepted) const {
   sensor_msgs::Image message =
-      drawOverlay(input.attenuation, input.mask, drr, accepted ? OverlayColour::kAccepted : OverlayColour::kRefused);
+      drawOverlay(xray.attenuation, xray.mask, drr, accepted ? OverlayColour::kAccepted : OverlayColour::kRefused);
   message.header = header;
   overlay_[view].publish(message);
 }

@@ -11,6 +11,7 @@
 
 #include "live_parameters.h"
 #include "xray_registration/ros/conversions.h"
+#include "xray_registration/ros/node_parameters.h"
 
 namespace xray_registration {
 

@@ -32,8 +32,7 @@ RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publish
       transforms_(transforms),
       statistics_(statistics),
       logger_(std::move(logger)),
-      pipeline_(parameters, logger_),
-      preparer_([this](const FrameMessages& frame) { return prepare(frame); }) {
+      pipeline_(parameters, logger_) {
   ++loading_;
   mailbox_.post([this] { startUp(); });
   thread_ = std::thread([this] { run(); });
@@ -45,7 +44,6 @@ void RegistrationWorker::stop() {
   mailbox_.close();
   transforms_->stop();
   if (thread_.joinable()) thread_.join();
-  preparer_.stop();
   if (surface_.valid()) surface_.wait();
 }
 
@@ -134,8 +132,6 @@ void RegistrationWorker::updateStatistics() {
   statistics_->setState(pipeline_.state());
   statistics_->setDevice(pipeline_.deviceName(), pipeline_.deviceBytes());
   statistics_->setCt(pipeline_.ctName());
-  prepares_ahead_ = parameters_.prepare_ahead == PrepareAhead::kAlways ||
-                    (parameters_.prepare_ahead == PrepareAhead::kAuto && pipeline_.computesAside());
   if (!pipeline_.fault().empty()) statistics_->setError(pipeline_.fault());
 }
 
@@ -188,7 +184,6 @@ void RegistrationWorker::offer(FrameMessages frame) {
   }
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
   if (loading_ > 0) return refuse(frame.header, "a CT is being loaded");
-  if (prepares_ahead_) preparer_.offer(frame);
   if (const std::optional<FrameMessages> replaced = mailbox_.put(std::move(frame))) drop(*replaced);
 }
 
@@ -270,12 +265,6 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
   return views;
 }
 
-PreparedFrame RegistrationWorker::prepare(const FrameMessages& frame) const {
-  PreparedFrame prepared = pipeline_.prepare(rawViews(frame, cameraFrame()));
-  if (prepares_ahead_) pipeline_.stage(&prepared);
-  return prepared;
-}
-
 std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
   if (!pose_request_) return "";
   RigidTransform T_camera_frame = RigidTransform::Identity();
@@ -299,11 +288,7 @@ FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const
   if (!parameters_.frames.fixed.empty() && pipeline_.lastAcceptedStamp()) {
     motion = transforms_->motion(header.frame_id, header.stamp, last_accepted_stamp_, parameters_.frames.fixed);
   }
-  if (!pipeline_.fault().empty() || !pipeline_.hasCt()) return pipeline_.process(header.stamp.toSec(), PreparedFrame{});
-  PreparedFrame prepared = preparer_.take(frame);
-  // What was missing ahead of the frame's turn, a transform say, may have come since.
-  if (prepares_ahead_ && !prepared.problem.empty()) prepared = prepare(frame);
-  return pipeline_.process(header.stamp.toSec(), std::move(prepared), motion);
+  return pipeline_.process(header.stamp.toSec(), rawViews(frame, header.frame_id), motion);
 }
 
 void RegistrationWorker::publishOutcome(const std_msgs::Header& header, FrameOutcome outcome) {
@@ -341,10 +326,10 @@ void RegistrationWorker::publishPictures(const std_msgs::Header& header, const F
     if (!outcome.views[i] || !(wants_drr || wants_overlay)) continue;
     const ViewInput& view = *outcome.views[i];
     try {
-      const FloatImage drr = pipeline_.renderDrr(view.camera, view.T_view_first * outcome.result.T_camera_ct);
+      const FloatImage drr = pipeline_.renderDrr(view.xray->camera, view.T_view_first * outcome.result.T_camera_ct);
       if (drr.empty()) continue;
       if (wants_drr) publishers_->drr(i, header, drr);
-      if (wants_overlay) publishers_->overlay(i, header, view, drr, outcome.result.accepted);
+      if (wants_overlay) publishers_->overlay(i, header, *view.xray, drr, outcome.result.accepted);
     } catch (const std::exception& error) {
       log(logger_, LogLevel::kWarning, std::string("no picture of the result: ") + error.what());
     }

@@ -1,5 +1,7 @@
 #include "xray_registration/ros/status_message.h"
 
+#include "xray_registration/ros/conversions.h"
+
 namespace xray_registration {
 
 std::uint8_t toMessageState(TrackingState state) {

@@ -16,6 +16,7 @@
 #include "tools/common/summary.h"
 #include "tools/common/yaml_files.h"
 #include "xray_registration/evaluation/pose_error.h"
+#include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/overlay.h"
 #include "xray_registration/ros/status_message.h"
 
@@ -111,14 +112,14 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
   for (std::size_t i = 0; i < outcome.views.size(); ++i) {
     if (!outcome.views[i]) continue;
     const ViewInput& view = *outcome.views[i];
-    const FloatImage drr = pipeline->renderDrr(view.camera, view.T_view_first * outcome.result.T_camera_ct);
+    const FloatImage drr = pipeline->renderDrr(view.xray->camera, view.T_view_first * outcome.result.T_camera_ct);
     if (drr.empty()) throw std::runtime_error("the DRR for the overlay failed: " + pipeline->fault());
     char number[32];
     std::snprintf(number, sizeof number, "%05zu", frame);
     const std::string& name = session.views()[i].name;
     const auto colour = outcome.result.accepted ? OverlayColour::kAccepted : OverlayColour::kRefused;
     writePng(arguments.overlay + "/" + (name.empty() ? "" : name + "_") + number + ".png",
-             drawOverlay(view.attenuation, view.mask, drr, colour));
+             drawOverlay(view.xray->attenuation, view.xray->mask, drr, colour));
   }
 }
 

@@ -13,9 +13,10 @@ allowed() {
     image) echo "common geometry" ;;
     drr) echo "common geometry volume image" ;;
     registration) echo "common geometry volume image drr" ;;
-    evaluation) echo "common geometry volume image drr registration" ;;
-    ros) echo "common geometry volume image drr registration" ;;
-    tools) echo "common geometry volume image drr registration evaluation ros" ;;
+    pipeline) echo "common geometry volume image drr registration" ;;
+    evaluation) echo "common geometry volume image drr registration pipeline" ;;
+    ros) echo "common geometry volume image drr registration pipeline" ;;
+    tools) echo "common geometry volume image drr registration pipeline evaluation ros" ;;
     *) echo "unknown" ;;
   esac
 }
@@ -23,7 +24,7 @@ allowed() {
 check() { # folder room
   for file in $(find "$1" -name '*.h' -o -name '*.hpp' -o -name '*.cpp' 2>/dev/null); do
     for other in $(sed -n 's/^[[:space:]]*#include[[:space:]]*[<"]\(xray_registration\/\)\{0,1\}\([a-z]*\)\/.*/\2/p' "$file" | sort -u); do
-      case " common geometry volume image drr registration evaluation ros tools " in *" $other "*) ;; *) continue ;; esac
+      case " common geometry volume image drr registration pipeline evaluation ros tools " in *" $other "*) ;; *) continue ;; esac
       [ "$other" = "$2" ] && continue
       case " $(allowed "$2") " in
         *" $other "*) ;;
@@ -33,13 +34,13 @@ check() { # folder room
   done
 }
 
-for room in common geometry volume image drr registration evaluation ros tools; do
+for room in common geometry volume image drr registration pipeline evaluation ros tools; do
   check "$root/src/$room" $room
   check "$root/include/xray_registration/$room" $room
 done
 
 # The core knows no ROS, and only volume's itk_*.cpp know ITK.
-for room in common geometry volume image drr registration evaluation; do
+for room in common geometry volume image drr registration pipeline evaluation; do
   if grep -rnE '#include <(ros|tf2|tf2_ros|sensor_msgs|geometry_msgs|rosbag|image_transport)/' \
       "$root/src/$room" "$root/include/xray_registration/$room" 2>/dev/null; then
     echo "room '$room' belongs to the core and must not include ROS"; status=1

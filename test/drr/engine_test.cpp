@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
-#include <thread>
 
 #include "xray_registration/drr/reference_projector.h"
 #include "xray_registration/volume/volume_pyramid.h"
@@ -314,33 +313,6 @@ TEST_F(EngineTest, EqualInputGivesEqualBits) {
     ASSERT_EQ(first.matrix, again.matrix);
     ASSERT_EQ(first.gradient, again.gradient);
   }
-}
-
-TEST_F(EngineTest, ASecondThreadStagesTheNextXrayDuringTheSolve) {
-  Engine engine(device_);
-  const Scene scene = sceneSeenBy(&engine);
-  FloatImage brighter = scene.xray;
-  for (float& value : brighter.pixels) value = 2.0F * value + 1.0F;
-  const auto sumsOf = [&](const ResidentXray& xray) { return engine.evaluate(xray.levels[0], 0, {scene.pose}, {})[0]; };
-  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
-  const StepSums expected = sumsOf(xray);
-  const StepSums expected_next = sumsOf(engine.upload(kCamera, brighter, scene.weight));
-  std::vector<StagedXray> staged;
-  std::thread second([&] {
-    for (int i = 0; i < 20; ++i) staged.push_back(engine.stage(kCamera, brighter, scene.weight));
-  });
-  for (int i = 0; i < 20; ++i) {
-    const StepSums sums = sumsOf(xray);
-    EXPECT_EQ(sums.matrix, expected.matrix);
-    EXPECT_EQ(sums.cost, expected.cost);
-  }
-  second.join();
-  for (const StagedXray& next : staged) {
-    const StepSums sums = sumsOf(engine.upload(next));
-    EXPECT_EQ(sums.matrix, expected_next.matrix);
-    EXPECT_EQ(sums.cost, expected_next.cost);
-  }
-  EXPECT_NE(expected.cost, expected_next.cost);
 }
 
 TEST_F(EngineTest, PyramidHalvesImagesByWeightedMeans) {

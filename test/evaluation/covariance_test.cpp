@@ -46,7 +46,7 @@ NormalisedError normalisedError(double noise_deviation) {
   registrar->setVolume(volume);
   const Eigen::Vector3d centre_ct_mm = registrar->centreCt();
 
-  ViewInput view;
+  XrayFrame view;
   view.camera = {128, 128, 600.0, 600.0, 63.5, 63.5};
   RigidTransform T_camera_ct = RigidTransform::Identity();
   T_camera_ct.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;

@@ -65,13 +65,12 @@ class SimulatedSession : public ::testing::Test {
     const RigidTransform T_first_rest = posed(centre(), angles_rad.front());
     made.T_camera_ct_true = updatedPose(T_first_rest, moved, T_first_rest * centre());
     for (const double angle_rad : angles_rad) {
-      ViewInput view;
-      view.camera = camera();
-      view.T_view_first = posed(centre(), angle_rad) * T_first_rest.inverse();
-      XrayPhysics physics;
-      view.attenuation = attenuationOf(
-          simulateXray(state_->volume, view.T_view_first * made.T_camera_ct_true, camera(), physics, &random));
-      made.views.push_back(view);
+      const RigidTransform T_view_first = posed(centre(), angle_rad) * T_first_rest.inverse();
+      auto xray = std::make_shared<XrayFrame>();
+      xray->camera = camera();
+      xray->attenuation = attenuationOf(
+          simulateXray(state_->volume, T_view_first * made.T_camera_ct_true, camera(), XrayPhysics{}, &random));
+      made.views.emplace_back(xray, T_view_first);
     }
     return made;
   }
@@ -130,7 +129,7 @@ TEST_F(SimulatedSession, AnXrayOfSomethingElseIsNotAccepted) {
   const RigidTransform T_camera_pelvis = posed(pelvis.grid.centreCt(), 0.0);
   const RigidTransform start = posed(centre(), 0.0);
   std::mt19937_64 random(5);
-  ViewInput view;
+  XrayFrame view;
   view.camera = camera();
   view.attenuation = attenuationOf(simulateXray(pelvis, T_camera_pelvis, camera(), XrayPhysics{}, &random));
   const RegistrationResult result = registrar()->registerFrame({view}, start, false);
@@ -142,7 +141,7 @@ TEST_F(SimulatedSession, AnXrayOfSomethingElseIsNotAccepted) {
 TEST_F(SimulatedSession, NoiseAloneIsNotAccepted) {
   const RigidTransform start = posed(centre(), 0.0);
   std::mt19937_64 random(6);
-  ViewInput view;
+  XrayFrame view;
   view.camera = camera();
   view.attenuation = FloatImage(camera().width, camera().height);
   for (float& pixel : view.attenuation.pixels) pixel = static_cast<float>(random() >> 11U) * 0x1.0p-53F;

@@ -50,9 +50,7 @@ std::vector<EvaluationFrame> someFrames(int count) {
     frame.T_camera_ct_true.linear() = rotationFromVector(Eigen::Vector3d(0.1, -0.2, 0.01 * i));
     frame.T_camera_ct_true.translation() = Eigen::Vector3d(5.0, -3.0 + i, 900.0);
     frame.prepare_ms = 2.0;
-    ViewInput view;
-    view.T_view_first = frame.T_camera_ct_true;
-    frame.views.push_back(view);
+    frame.views.emplace_back(std::make_shared<const XrayFrame>(), frame.T_camera_ct_true);
     frames.push_back(frame);
   }
   return frames;

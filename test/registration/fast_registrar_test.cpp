@@ -50,7 +50,7 @@ class FastRegistrarTest : public testing::Test {
     truth_.linear() << 0, 1, 0, 0, 0, -1, -1, 0, 0;
     truth_.linear() = rotationFromVector({0.1, 0.3, -0.05}) * truth_.linear();
     truth_.translation() = Eigen::Vector3d(3.0, -5.0, kDepthMm) - truth_.linear() * registrar_->centreCt();
-    view_ = std::make_unique<ViewInput>();
+    view_ = std::make_unique<XrayFrame>();
     view_->camera = kCamera;
     view_->attenuation = referenceProjection(*body_, truth_, kCamera);
   }
@@ -105,28 +105,29 @@ class FastRegistrarTest : public testing::Test {
     EXPECT_NE(result.reason.find(word), std::string::npos) << result.reason;
   }
 
-  static ViewInput viewOf(const FloatImage& attenuation) {
-    ViewInput view = *view_;
+  static XrayFrame viewOf(const FloatImage& attenuation) {
+    XrayFrame view = *view_;
     view.attenuation = attenuation;
     return view;
   }
 
   /// The same head from a camera a quarter turn about its long axis away.
   static ViewInput secondView() {
-    ViewInput view;
-    view.camera = {120, 132, 400.0, 395.0, 60.0, 64.0};
     const Eigen::Vector3d centre = truth_ * registrar_->centreCt();
-    view.T_view_first.linear() = rotationFromVector({0.05, 1.5, 0.0});
-    view.T_view_first.translation() = Eigen::Vector3d(-4.0, 6.0, 800.0) - view.T_view_first.linear() * centre;
-    view.attenuation = referenceProjection(*body_, view.T_view_first * truth_, view.camera);
-    return view;
+    RigidTransform T_view_first = RigidTransform::Identity();
+    T_view_first.linear() = rotationFromVector({0.05, 1.5, 0.0});
+    T_view_first.translation() = Eigen::Vector3d(-4.0, 6.0, 800.0) - T_view_first.linear() * centre;
+    XrayFrame xray;
+    xray.camera = {120, 132, 400.0, 395.0, 60.0, 64.0};
+    xray.attenuation = referenceProjection(*body_, T_view_first * truth_, xray.camera);
+    return ViewInput(std::make_shared<const XrayFrame>(std::move(xray)), T_view_first);
   }
 
   static std::unique_ptr<AttenuationVolume> body_;
   static std::unique_ptr<AttenuationVolume> ct_;
   static std::shared_ptr<Device> device_;
   static std::unique_ptr<FastRegistrar> registrar_;
-  static std::unique_ptr<ViewInput> view_;
+  static std::unique_ptr<XrayFrame> view_;
   static RigidTransform truth_;
 };
 
@@ -134,7 +135,7 @@ std::unique_ptr<AttenuationVolume> FastRegistrarTest::body_;
 std::unique_ptr<AttenuationVolume> FastRegistrarTest::ct_;
 std::shared_ptr<Device> FastRegistrarTest::device_;
 std::unique_ptr<FastRegistrar> FastRegistrarTest::registrar_;
-std::unique_ptr<ViewInput> FastRegistrarTest::view_;
+std::unique_ptr<XrayFrame> FastRegistrarTest::view_;
 RigidTransform FastRegistrarTest::truth_ = RigidTransform::Identity();
 
 // A tenth of a pixel of 2 mm: CT and X-ray come from voxels of different size, so the truth itself is only known to a
@@ -251,7 +252,7 @@ TEST_F(FastRegistrarTest, AnOccludingRodDoesNotMatter) {
 }
 
 TEST_F(FastRegistrarTest, MaskedPixelsHaveNoSay) {
-  ViewInput view = *view_;
+  XrayFrame view = *view_;
   view.mask = MaskImage(128, 128, 255);
   FloatImage other = view.attenuation;
   for (int v = 30; v < 75; ++v) {
@@ -376,7 +377,7 @@ TEST_F(FastRegistrarTest, ExtremeValuesGiveNoNan) {
 }
 
 TEST_F(FastRegistrarTest, WrongInputIsRefusedWithAReason) {
-  ViewInput view = *view_;
+  XrayFrame view = *view_;
   view.attenuation.pixels[777] = std::nanf("");
   expectRefused(registrar_->registerFrame({view}, coldStart(), false), "not finite");
   view = *view_;
@@ -412,7 +413,7 @@ TEST_F(FastRegistrarTest, WrongStartsAreRefusedWithAReason) {
 }
 
 TEST_F(FastRegistrarTest, AStartAroundTheSourceIsRefused) {
-  ViewInput view = *view_;
+  XrayFrame view = *view_;
   view.camera = {400, 400, 1200.0, 1200.0, 199.5, 199.5};
   view.attenuation = FloatImage(400, 400, 1.0F);
   for (const double depth_mm : {0.5, 20.0, 100.0}) {
@@ -433,7 +434,7 @@ TEST_F(FastRegistrarTest, WithoutACtEveryFrameIsRefused) {
 TEST_F(FastRegistrarTest, TinyImagesAreRefusedWithoutHarm) {
   ASSERT_TRUE(registrar_->registerFrame({*view_}, coldStart(), false).accepted);
   for (const int side : {1, 3, 9, 40}) {
-    ViewInput view;
+    XrayFrame view;
     view.camera = {side, side, 3.0 * side, 3.0 * side, 0.5 * (side - 1), 0.5 * (side - 1)};
     view.attenuation = FloatImage(side, side, 0.5F);
     expectRefused(registrar_->registerFrame({view}, nearStart(), true), "");
@@ -444,7 +445,7 @@ TEST_F(FastRegistrarTest, TinyImagesAreRefusedWithoutHarm) {
 TEST_F(FastRegistrarTest, AnImageThatShrinksWhileTrackedIsStillFound) {
   ASSERT_TRUE(registrar_->registerFrame({*view_}, coldStart(), false).accepted);
   // The tracked X-ray has one level only.
-  ViewInput view = *view_;
+  XrayFrame view = *view_;
   view.camera = {52, 52, 155.0, 155.0, 25.5, 25.5};
   view.attenuation = referenceProjection(*body_, truth_, view.camera, 2);
   const RegistrationResult result = registrar_->registerFrame({view}, nearStart(), true);
@@ -465,50 +466,6 @@ TEST_F(FastRegistrarTest, EqualInputGivesEqualBits) {
   FastRegistrar fresh(device_, {}, {});
   fresh.setVolume(*ct_);
   EXPECT_EQ(fresh.registerFrame({*view_}, coldStart(), false).T_camera_ct.matrix(), first.T_camera_ct.matrix());
-}
-
-TEST_F(FastRegistrarTest, AStagedViewGivesWhatTheViewGives) {
-  registrar_->registerFrame({*view_}, nearStart(), false);
-  // Cropped around where the last frame was, and that is where the next one starts.
-  const RegistrationResult last = registrar_->registerFrame({*view_}, nearStart(), true);
-  ASSERT_TRUE(last.accepted) << last.reason;
-  ViewInput view = *view_;
-  view.staged = registrar_->stage(view, 0);
-  ASSERT_NE(view.staged, nullptr);
-  const RegistrationResult staged = registrar_->registerFrame({view}, last.T_camera_ct, true);
-  const RegistrationResult direct = registrar_->registerFrame({*view_}, last.T_camera_ct, true);
-  EXPECT_TRUE(staged.accepted) << staged.reason;
-  EXPECT_EQ(staged.T_camera_ct.matrix(), direct.T_camera_ct.matrix());
-  EXPECT_EQ(staged.similarity, direct.similarity);
-}
-
-TEST_F(FastRegistrarTest, WhatWasStagedIsUsedOnlyWhereItFits) {
-  const RegistrationResult last = registrar_->registerFrame({*view_}, nearStart(), false);
-  ASSERT_TRUE(last.accepted) << last.reason;
-  // A blank image is staged under the good view's name: who uses it finds nothing.
-  ViewInput view = *view_;
-  view.staged = registrar_->stage(viewOf(FloatImage(kCamera.width, kCamera.height, 1.0F)), 0);
-  ASSERT_NE(view.staged, nullptr);
-  EXPECT_FALSE(registrar_->registerFrame({view}, last.T_camera_ct, true).accepted);
-  // 6 mm away from what it was cropped around.
-  EXPECT_TRUE(registrar_->registerFrame({view}, off(twist(6.0, 0, 0, 0, 0, 0)), true).accepted);
-  FastRegistrar other(std::make_shared<Device>(), RegistrarOptions{}, Logger{});
-  other.setVolume(*ct_);
-  EXPECT_TRUE(other.registerFrame({view}, last.T_camera_ct, true).accepted);
-}
-
-TEST_F(FastRegistrarTest, StagesOnlyWhatItExpects) {
-  ASSERT_TRUE(registrar_->registerFrame({*view_}, nearStart(), false).accepted);
-  EXPECT_EQ(registrar_->stage(*view_, 1), nullptr);  // There was one view.
-  ViewInput another = *view_;
-  another.camera.cx += 1.0;
-  EXPECT_EQ(registrar_->stage(another, 0), nullptr);
-  ViewInput broken = *view_;
-  broken.attenuation.pixels[7] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(registrar_->stage(broken, 0), nullptr);
-  // After a refused frame nothing is known.
-  registrar_->registerFrame({viewOf(FloatImage(kCamera.width, kCamera.height, 1.0F))}, nearStart(), true);
-  EXPECT_EQ(registrar_->stage(*view_, 0), nullptr);
 }
 
 TEST_F(FastRegistrarTest, ThresholdsRuleTheVerdict) {

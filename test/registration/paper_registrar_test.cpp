@@ -20,7 +20,7 @@ class PaperRegistrarTest : public testing::Test {
     registrar_->setVolume(*volume_);
     truth_.linear() << 0, 1, 0, 0, 0, -1, -1, 0, 0;
     truth_.translation() = Eigen::Vector3d(3.0, -5.0, 780.0) - truth_.linear() * registrar_->centreCt();
-    view_ = std::make_unique<ViewInput>();
+    view_ = std::make_unique<XrayFrame>();
     view_->camera = {128, 128, 520.0, 520.0, 63.5, 63.5};
     view_->attenuation = referenceProjection(*volume_, truth_, view_->camera);
     // Gain, offset, and a veil that no DRR has.
@@ -51,13 +51,13 @@ class PaperRegistrarTest : public testing::Test {
 
   static std::unique_ptr<AttenuationVolume> volume_;
   static std::unique_ptr<PaperRegistrar> registrar_;
-  static std::unique_ptr<ViewInput> view_;
+  static std::unique_ptr<XrayFrame> view_;
   static RigidTransform truth_;
 };
 
 std::unique_ptr<AttenuationVolume> PaperRegistrarTest::volume_;
 std::unique_ptr<PaperRegistrar> PaperRegistrarTest::registrar_;
-std::unique_ptr<ViewInput> PaperRegistrarTest::view_;
+std::unique_ptr<XrayFrame> PaperRegistrarTest::view_;
 RigidTransform PaperRegistrarTest::truth_ = RigidTransform::Identity();
 
 TEST_F(PaperRegistrarTest, FindsAnXrayWithGainOffsetAndVeil) {
@@ -88,7 +88,7 @@ TEST_F(PaperRegistrarTest, RenderingBetweenFramesChangesNothing) {
 }
 
 TEST_F(PaperRegistrarTest, MaskedPixelsHaveNoSay) {
-  ViewInput view = *view_;
+  XrayFrame view = *view_;
   view.mask = MaskImage(128, 128, 255);
   for (int v = 20; v < 60; ++v) {
     for (int u = 70; u < 90; ++u) {
@@ -108,7 +108,7 @@ TEST_F(PaperRegistrarTest, MaskedPixelsHaveNoSay) {
 }
 
 TEST_F(PaperRegistrarTest, AnotherPictureIsRefused) {
-  ViewInput view = *view_;
+  XrayFrame view = *view_;
   std::reverse(view.attenuation.pixels.begin(), view.attenuation.pixels.end());
   const RegistrationResult result = registrar_->registerFrame({view}, disturbed(), false);
   EXPECT_FALSE(result.accepted);
@@ -123,7 +123,7 @@ TEST_F(PaperRegistrarTest, WhatCannotBeRegisteredIsRefusedWithAReason) {
   };
   refused(registrar_->registerFrame({*view_, *view_}, truth_, false), "one view");
   refused(registrar_->registerFrame({}, truth_, false), "one view");
-  ViewInput view = *view_;
+  XrayFrame view = *view_;
   view.attenuation.pixels[5] = std::nanf("");
   refused(registrar_->registerFrame({view}, truth_, false), "finite");
   view = *view_;

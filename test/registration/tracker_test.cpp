@@ -68,7 +68,7 @@ class TrackerTest : public ::testing::Test {
   ScriptedRegistrar registrar;
   TrackerOptions options;
   Tracker tracker{options};
-  std::vector<ViewInput> views{1};
+  std::vector<ViewInput> views{XrayFrame{}};
 };
 
 TEST_F(TrackerTest, WaitsForAPose) {

@@ -9,8 +9,8 @@ namespace xray_registration {
 namespace {
 
 /// Every pixel knows its own place: 1000 v + u, exact in single precision.
-ViewInput numbered(const XrayCamera& camera) {
-  ViewInput view;
+XrayFrame numbered(const XrayCamera& camera) {
+  XrayFrame view;
   view.camera = camera;
   view.attenuation = FloatImage(camera.width, camera.height);
   for (int v = 0; v < camera.height; ++v) {
@@ -28,7 +28,7 @@ void expectSizes(const PreparedView& prepared) {
 }
 
 /// The prepared camera sees the point that the original camera sees in the same original pixel.
-void expectSameRays(const ViewInput& view, const PreparedView& prepared) {
+void expectSameRays(const XrayFrame& view, const PreparedView& prepared) {
   for (const int u : {0, prepared.camera.width / 3, prepared.camera.width - 1}) {
     for (const int v : {0, prepared.camera.height / 2, prepared.camera.height - 1}) {
       const Eigen::Vector3d point = 700.0 * prepared.camera.rayDirection(u, v);
@@ -41,7 +41,7 @@ void expectSameRays(const ViewInput& view, const PreparedView& prepared) {
 }
 
 TEST(ViewPreparationTest, SmallImagesPassUnchanged) {
-  const ViewInput view = numbered({60, 50, 200, 210, 29, 26});
+  const XrayFrame view = numbered({60, 50, 200, 210, 29, 26});
   const PreparedView prepared = prepareView(view, {0, 0, 800}, 200.0, 1);
   EXPECT_TRUE(prepared.camera == view.camera);
   EXPECT_EQ(prepared.attenuation.pixels, view.attenuation.pixels);
@@ -49,7 +49,7 @@ TEST(ViewPreparationTest, SmallImagesPassUnchanged) {
 }
 
 TEST(ViewPreparationTest, CropsToTheSphere) {
-  const ViewInput view = numbered({480, 400, 1000, 990, 230, 210});
+  const XrayFrame view = numbered({480, 400, 1000, 990, 230, 210});
   const Eigen::Vector3d centre(60, -40, 900);
   const double radius = 80.0;
   const PreparedView prepared = prepareView(view, centre, radius, 1);
@@ -63,7 +63,7 @@ TEST(ViewPreparationTest, CropsToTheSphere) {
 
 TEST(ViewPreparationTest, TheWholeSphereStaysInTheCrop) {
   // Off the axis a sphere's outline is wider than at the middle, and lies outwards.
-  const ViewInput view = numbered({900, 900, 700, 700, 449.5, 449.5});
+  const XrayFrame view = numbered({900, 900, 700, 700, 449.5, 449.5});
   for (const Eigen::Vector3d& centre :
        {Eigen::Vector3d(0, 0, 700), Eigen::Vector3d(150, 0, 600), Eigen::Vector3d(-120, 160, 650)}) {
     const double radius = 150.0;
@@ -87,7 +87,7 @@ TEST(ViewPreparationTest, TheWholeSphereStaysInTheCrop) {
 }
 
 TEST(ViewPreparationTest, SpheresBeyondTheBorderAreCutAtIt) {
-  const ViewInput view = numbered({400, 400, 1000, 1000, 199.5, 199.5});
+  const XrayFrame view = numbered({400, 400, 1000, 1000, 199.5, 199.5});
   const PreparedView prepared = prepareView(view, {150, 0, 1000}, 100.0, 1);
   expectSizes(prepared);
   expectSameRays(view, prepared);
@@ -95,7 +95,7 @@ TEST(ViewPreparationTest, SpheresBeyondTheBorderAreCutAtIt) {
 }
 
 TEST(ViewPreparationTest, CropsThatGainNothingAreNotMade) {
-  const ViewInput view = numbered({300, 300, 500, 500, 149.5, 149.5});
+  const XrayFrame view = numbered({300, 300, 500, 500, 149.5, 149.5});
   const auto unchanged = [&](const Eigen::Vector3d& centre, double radius) {
     const PreparedView prepared = prepareView(view, centre, radius, 1);
     EXPECT_TRUE(prepared.camera == view.camera) << centre.transpose() << " radius " << radius;
@@ -110,7 +110,7 @@ TEST(ViewPreparationTest, CropsThatGainNothingAreNotMade) {
 }
 
 TEST(ViewPreparationTest, BinnedImagesKeepTheirRays) {
-  const ViewInput view = numbered({401, 300, 900, 880, 201, 148});
+  const XrayFrame view = numbered({401, 300, 900, 880, 201, 148});
   for (const int binning : {2, 3, 5, 8}) {
     const PreparedView prepared = prepareView(view, {0, 0, 700}, 1e4, binning);
     expectSizes(prepared);
@@ -121,7 +121,7 @@ TEST(ViewPreparationTest, BinnedImagesKeepTheirRays) {
 }
 
 TEST(ViewPreparationTest, CropsFirstThenBins) {
-  const ViewInput view = numbered({480, 480, 1000, 1000, 239.5, 239.5});
+  const XrayFrame view = numbered({480, 480, 1000, 1000, 239.5, 239.5});
   const PreparedView prepared = prepareView(view, {10, 20, 1000}, 110.0, 2);
   expectSizes(prepared);
   expectSameRays(view, prepared);
@@ -130,7 +130,7 @@ TEST(ViewPreparationTest, CropsFirstThenBins) {
 }
 
 TEST(ViewPreparationTest, MasksBecomeWeightsAtTheirPlace) {
-  ViewInput view = numbered({480, 400, 1000, 1000, 239.5, 199.5});
+  XrayFrame view = numbered({480, 400, 1000, 1000, 239.5, 199.5});
   view.mask = MaskImage(480, 400, 255);
   const auto masked = [](double u, double v) { return u >= 200.0 && u < 240.0 && v >= 160.0 && v < 190.0; };
   for (int v = 0; v < 400; ++v) {
@@ -163,19 +163,19 @@ TEST(ViewPreparationTest, MasksBecomeWeightsAtTheirPlace) {
 }
 
 TEST(ViewPreparationTest, BinningLeavesATile) {
-  const ViewInput view = numbered({401, 300, 900, 880, 201, 148});
+  const XrayFrame view = numbered({401, 300, 900, 880, 201, 148});
   for (const int binning : {38, 300, 100000}) {
     const PreparedView prepared = prepareView(view, {0, 0, 700}, 1e4, binning);
     expectSizes(prepared);
     expectSameRays(view, prepared);
     EXPECT_GE(prepared.camera.height, 8);
   }
-  const ViewInput tiny = numbered({5, 3, 900, 880, 2, 1});
+  const XrayFrame tiny = numbered({5, 3, 900, 880, 2, 1});
   EXPECT_EQ(prepareView(tiny, {0, 0, 700}, 1e4, 4).attenuation.pixels, tiny.attenuation.pixels);
 }
 
 TEST(ViewPreparationTest, ValuesWithoutWeightAreHidden) {
-  ViewInput view;
+  XrayFrame view;
   view.camera = {64, 64, 500, 500, 31.5, 31.5};
   view.attenuation = FloatImage(64, 64, 1.0F);
   view.mask = MaskImage(64, 64, 255);
@@ -191,7 +191,7 @@ TEST(ViewPreparationTest, ValuesWithoutWeightAreHidden) {
 }
 
 TEST(ViewPreparationTest, MaskedPixelsLeaveNoTraceInBins) {
-  ViewInput view;
+  XrayFrame view;
   view.camera = {200, 200, 500, 500, 99.5, 99.5};
   view.attenuation = FloatImage(200, 200, 1.0F);
   view.mask = MaskImage(200, 200, 255);

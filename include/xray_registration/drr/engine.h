@@ -11,14 +11,6 @@
 
 namespace xray_registration {
 
-/// An X-ray whose pixels are on the device, not halved yet.
-struct StagedXray {
-  XrayCamera camera;
-  cl::Buffer attenuation;
-  cl::Buffer mask;
-  double deviation = 1.0;  ///< Standard deviation of the attenuation over the allowed pixels.
-};
-
 /// One X-ray on the device, full size (0) and halved again and again.
 struct ResidentXray {
   struct Level {
@@ -62,7 +54,7 @@ struct StepSums {
 
 /// The fast method's device side: Joseph's projector on packed voxels with the derivatives in the same march (P. M.
 /// Joseph, 1982), sums per tile, normal equations per window. Everything is summed in a fixed order: the same input
-/// gives the same bits on the same device. Not thread-safe, but for stage(). @throws DeviceError from every call.
+/// gives the same bits on the same device. Not thread-safe. @throws DeviceError from every call.
 class Engine {
  public:
   explicit Engine(std::shared_ptr<Device> device);
@@ -72,15 +64,8 @@ class Engine {
   const ResidentVolume& volume() const { return *volume_; }
   void releaseVolume() { volume_.reset(); }
 
-  /// Transfers an X-ray (weights 0 … 1 per pixel, the image's size) on the queue for uploads, and returns when it is
-  /// there. The one method that a second thread may call while the first one solves.
-  StagedXray stage(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) const;
-
-  /// Halves a staged X-ray until a side is below 32 pixels.
-  ResidentXray upload(const StagedXray& staged);
-  ResidentXray upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) {
-    return upload(stage(camera, attenuation, weight));
-  }
+  /// Transfers an X-ray (weights 0 … 1 per pixel, the image's size) and halves it until a side is below 32 pixels.
+  ResidentXray upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight);
 
   /// Lowers the weights where rays leave the CT through a cut face with tissue on it (the body goes on, the CT does
   /// not), smoothly, as seen from a pose; `limit` is the line integral of unexplained tissue that halves a weight.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "xray_registration/drr/engine.h"
@@ -13,7 +12,7 @@
 namespace xray_registration {
 
 /// The fast method: coarse-to-fine Gauss-Newton on locally normalised correlation (or SSD with gain and offset
-/// eliminated), any number of views in one solve. See docs/design.md. Not thread-safe, but for stage().
+/// eliminated), any number of views in one solve. See docs/design.md. Not thread-safe.
 class FastRegistrar : public Registrar {
  public:
   /// Compiles the kernels. @throws DeviceError.
@@ -26,8 +25,6 @@ class FastRegistrar : public Registrar {
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override;
   Eigen::Vector3d centreCt() const override { return engine_.volume().centreCt(); }
   bool setOptions(const RegistrarOptions& options) override;
-  /// Crops around where the last accepted frame was, bins and transfers.
-  std::shared_ptr<const StagedView> stage(const ViewInput& view, std::size_t index) const override;
   std::string deviceName() const override { return device_->name(); }
   std::size_t deviceBytes() const override { return engine_.hasVolume() ? engine_.volume().bytes() : 0; }
 
@@ -37,19 +34,10 @@ class FastRegistrar : public Registrar {
  private:
   /// One view on the device.
   struct View {
-    XrayCamera camera;  ///< Of the whole image.
-    int binning = 1;
     ResidentXray xray;
     RigidTransform T_view_first;
     Matrix6d twist_carried;  ///< First camera's twist → this camera's.
     const ResidentXray::Level& level(int index) const { return xray.levels[static_cast<std::size_t>(index)]; }
-  };
-  /// Where the CT will be in a view, if it does not move.
-  struct ExpectedView {
-    XrayCamera camera;
-    int binning = 1;
-    Eigen::Vector3d centre_camera_mm = Eigen::Vector3d::Zero();
-    double radius_mm = 0.0;
   };
   /// One stage of the coarse-to-fine descent.
   struct Stage {
@@ -65,11 +53,9 @@ class FastRegistrar : public Registrar {
     bool noticed = false;  ///< Leaving them out changed weights.
   };
 
-  int binningFor(const ViewInput& view, const RigidTransform& T_view_ct);
-  /// A view on the device: as it was staged, when that fits, else cropped, binned and transferred now.
+  int binningFor(const XrayCamera& whole, const RigidTransform& T_view_ct);
+  /// A view on the device, cropped and binned.
   View uploadView(const ViewInput& view, const RigidTransform& T_camera_ct_start);
-  void expect(std::vector<ExpectedView> views);
-  void expectAfter(const RegistrationResult& result, const std::vector<View>& views);
   /// Small windows where the pose is already close: they follow scatter and shading best.
   int finestSpan() const { return std::min(windowSpan(), 1); }
   int windowSpan() const { return options_.similarity == Similarity::kGainOffset ? 0 : 2; }
@@ -110,8 +96,6 @@ class FastRegistrar : public Registrar {
   bool leave_out_unexplained_ = true;
   int coarsest_level_ = 0;
   double robust_scale2_ = 1e6;
-  mutable std::mutex expected_mutex_;
-  std::vector<ExpectedView> expected_;
 };
 
 }  // namespace xray_registration

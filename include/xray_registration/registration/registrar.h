@@ -3,34 +3,36 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/image.h"
+#include "xray_registration/image/xray_frame.h"
 #include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/volume/attenuation.h"
 
 namespace xray_registration {
 
-/// What a registrar has already done for a view; only the registrar that made it knows what is in it.
-struct StagedView {
-  virtual ~StagedView() = default;
-};
-
-/// What one view contributes to a frame. The first view's T_view_first is the identity.
+/// What one view contributes to a frame: its X-ray, shared by everybody who looks at it and never changed, and where it
+/// was taken from. An empty mask means all pixels. The first view's T_view_first is the identity.
 struct ViewInput {
-  XrayCamera camera;
-  FloatImage attenuation;
-  MaskImage mask;  ///< Empty means all pixels.
+  /// Implicit, so that an X-ray alone is a view.
+  ViewInput(XrayFrame frame) : xray(std::make_shared<const XrayFrame>(std::move(frame))) {}  // NOLINT
+  explicit ViewInput(std::shared_ptr<const XrayFrame> frame,
+                     const RigidTransform& T_view_first_in = RigidTransform::Identity())
+      : xray(std::move(frame)), T_view_first(T_view_first_in) {}
+
+  std::shared_ptr<const XrayFrame> xray;  ///< Never null.
   RigidTransform T_view_first = RigidTransform::Identity();
-  std::shared_ptr<const StagedView> staged;  ///< From Registrar::stage; may be empty, outdated, or another's.
 };
 
 /// What a registration found for one frame, accepted or not; the pose is the CT's in the first view's camera frame.
 struct RegistrationResult {
   RigidTransform T_camera_ct = RigidTransform::Identity();
   bool accepted = false;
-  std::string reason;  ///< Why not accepted, in plain words; empty when accepted.
+  std::string reason;   ///< Why not accepted, in plain words; empty when accepted.
+  bool solved = false;  ///< The solver ran; without it the pose is the start and the numbers below mean nothing.
   bool converged = false;
   int iterations = 0;             ///< Gauss-Newton steps over all levels.
   double similarity = 0.0;        ///< Mean local normalised correlation, −1…1.
@@ -58,10 +60,9 @@ class Registrar {
   virtual RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
                                            bool tracking) = 0;
 
-  /// Does for view number `index` of a coming frame what can be done before its turn, so that the transfer to the
-  /// device overlaps the solve; to be put into ViewInput::staged. The one method that a second thread may call while
-  /// the first one registers. Empty when there is nothing to do ahead. @throws DeviceError.
-  virtual std::shared_ptr<const StagedView> stage(const ViewInput& /*view*/, std::size_t /*index*/) const { return {}; }
+  /// Forgets what earlier frames taught (levels, scales, choices): the next frame is a cold start, whatever `tracking`
+  /// says. Called when the pose is forgotten.
+  virtual void forget() {}
 
   /// DRR in line integrals (dimensionless) on the finest level.
   virtual FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) = 0;

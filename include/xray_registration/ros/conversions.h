@@ -9,15 +9,10 @@
 #include <string>
 
 #include "xray_registration/geometry/rigid_transform.h"
+#include "xray_registration/image/raw_image.h"
 #include "xray_registration/image/xray_frame.h"
 
 namespace xray_registration {
-
-/// Pixel values as the detector sent them, in float, and the largest value that the encoding can hold.
-struct RawImage {
-  FloatImage pixels;
-  double saturation = 0.0;  ///< 255 or 65535; for 32FC1 the largest finite float, which no detector reaches.
-};
 
 /// Reads mono8, mono16, 8UC1, 16UC1 and 32FC1 of either endianness and any row step.
 /// @throws FrameError for any other encoding, a zero size, a row step shorter than a row, or too little data.

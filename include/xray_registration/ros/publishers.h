@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "xray_registration/RegistrationStatus.h"
-#include "xray_registration/ros/parameters.h"
-#include "xray_registration/ros/registration_pipeline.h"
+#include "xray_registration/pipeline/parameters.h"
+#include "xray_registration/pipeline/registration_pipeline.h"
 #include "xray_registration/volume/bone_surface.h"
 
 namespace xray_registration {
@@ -33,7 +33,7 @@ class Publishers {
   bool wantsDrr(std::size_t view) const { return drr_[view].getNumSubscribers() > 0; }
   bool wantsOverlay(std::size_t view) const { return overlay_[view].getNumSubscribers() > 0; }
   void drr(std::size_t view, const std_msgs::Header& header, const FloatImage& drr) const;
-  void overlay(std::size_t view, const std_msgs::Header& header, const ViewInput& input, const FloatImage& drr,
+  void overlay(std::size_t view, const std_msgs::Header& header, const XrayFrame& xray, const FloatImage& drr,
                bool accepted) const;
   void surface(const TriangleMesh& mesh) const;
 

@@ -21,7 +21,7 @@
 #include "xray_registration/SetInitialPose.h"
 #include "xray_registration/SolverConfig.h"
 #include "xray_registration/TrackingConfig.h"
-#include "xray_registration/ros/parameters.h"
+#include "xray_registration/pipeline/parameters.h"
 #include "xray_registration/ros/registration_worker.h"
 #include "xray_registration/ros/view_synchroniser.h"
 

@@ -7,11 +7,10 @@
 #include <string>
 #include <thread>
 
-#include "xray_registration/ros/frame_mailbox.h"
-#include "xray_registration/ros/frame_preparer.h"
+#include "xray_registration/pipeline/frame_mailbox.h"
+#include "xray_registration/pipeline/registration_pipeline.h"
 #include "xray_registration/ros/node_statistics.h"
 #include "xray_registration/ros/publishers.h"
-#include "xray_registration/ros/registration_pipeline.h"
 #include "xray_registration/ros/transforms.h"
 #include "xray_registration/ros/view_synchroniser.h"
 
@@ -74,7 +73,6 @@ class RegistrationWorker {
   void handle(const FrameMessages& frame);
   std::string stampProblem(const std_msgs::Header& header);
   std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
-  PreparedFrame prepare(const FrameMessages& frame) const;
   std::string resolvePose(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
   void publishOutcome(const std_msgs::Header& header, FrameOutcome outcome);
@@ -92,7 +90,6 @@ class RegistrationWorker {
   FrameMailbox<FrameMessages> mailbox_;
   std::atomic<bool> enabled_{true};
   std::atomic<int> loading_{0};
-  std::atomic<bool> prepares_ahead_{false};
   mutable std::mutex camera_frame_mutex_;
   std::string camera_frame_;
 
@@ -104,7 +101,6 @@ class RegistrationWorker {
   ros::Time last_stamp_;
   ros::Time last_accepted_stamp_;
   std::future<void> surface_;
-  FramePreparer preparer_;
   std::thread thread_;
 };
 

@@ -3,7 +3,7 @@
 #include <std_msgs/Header.h>
 #include <xray_registration/RegistrationStatus.h>
 
-#include "xray_registration/ros/registration_pipeline.h"
+#include "xray_registration/pipeline/registration_pipeline.h"
 
 namespace xray_registration {
 

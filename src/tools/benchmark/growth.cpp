@@ -82,11 +82,10 @@ RigidTransform nearTruth(const FastScene& scene, const Eigen::Vector3d& centre_c
 }
 
 ViewInput viewOf(Engine* engine, const FastScene& scene, const RigidTransform& T_view_first) {
-  ViewInput view;
-  view.camera = scene.camera;
-  view.attenuation = engine->render(scene.camera, 0, scene.T_camera_ct_true);
-  view.T_view_first = T_view_first;
-  return view;
+  auto xray = std::make_shared<XrayFrame>();
+  xray->camera = scene.camera;
+  xray->attenuation = engine->render(scene.camera, 0, scene.T_camera_ct_true);
+  return ViewInput(xray, T_view_first);
 }
 
 std::vector<BenchmarkRow> growViews(const std::shared_ptr<Device>& device, const std::shared_ptr<Engine>& engine,

@@ -15,7 +15,7 @@ namespace {
 struct Start {
   int size = 0;
   RigidTransform T_camera_ct_true = RigidTransform::Identity();
-  ViewInput view;
+  XrayFrame xray;
   RegistrationResult result;
 };
 
@@ -25,9 +25,9 @@ Start startOf(int size, const AttenuationVolume& volume, const PaperProblem& pro
   Start start;
   start.size = size;
   start.T_camera_ct_true = paperPose(problem, truth);
-  start.view.camera = problem.camera;
+  start.xray.camera = problem.camera;
   painter->render(0, paperRays(volume.grid, problem.camera, start.T_camera_ct_true, problem.samples, true));
-  start.view.attenuation = painter->read(0);
+  start.xray.attenuation = painter->read(0);
   return start;
 }
 
@@ -60,8 +60,8 @@ std::vector<BenchmarkRow> measureRegistrations(const std::string& prefix, const 
   for (std::size_t i = 0; i < starts.size(); ++i) {
     Start& start = starts[i];
     start = startOf(2 * static_cast<int>(i + 1), volume, problem, painter.get());
-    const auto run = [&start, &registrar, &geometry] {
-      start.result = registrar.registerFrame({start.view}, geometry.T_camera_ct, false);
+    const auto run = [&start, &registrar, &geometry, view = ViewInput(start.xray)] {
+      start.result = registrar.registerFrame({view}, geometry.T_camera_ct, false);
     };
     cases.push_back({prefix + "/" + std::to_string(start.size), run, 0.0, {}});
   }

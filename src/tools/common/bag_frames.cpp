@@ -1,5 +1,7 @@
 #include "tools/common/bag_frames.h"
 
+#include "xray_registration/ros/conversions.h"
+
 namespace xray_registration::tools {
 
 std::vector<std::string> viewParameter(const BagSession& session) {

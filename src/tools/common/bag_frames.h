@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "xray_registration/pipeline/registration_pipeline.h"
 #include "xray_registration/ros/bag_session.h"
-#include "xray_registration/ros/registration_pipeline.h"
 
 namespace xray_registration::tools {
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "xray_registration/common/stopwatch.h"
+#include "xray_registration/ros/conversions.h"
 
 namespace xray_registration::tools {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "xray_registration/common/log.h"
 #include "xray_registration/evaluation/trials.h"
+#include "xray_registration/pipeline/registration_pipeline.h"
 #include "xray_registration/ros/bag_session.h"
-#include "xray_registration/ros/registration_pipeline.h"
 
 namespace xray_registration::tools {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "xray_registration/ros/parameters.h"
+#include "xray_registration/pipeline/parameters.h"
 
 namespace xray_registration {
 

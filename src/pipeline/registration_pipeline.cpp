@@ -1,7 +1,6 @@
-#include "xray_registration/ros/registration_pipeline.h"
+#include "xray_registration/pipeline/registration_pipeline.h"
 
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
@@ -86,10 +85,6 @@ std::unique_ptr<Registrar> RegistrationPipeline::registrarFromDevice(const Regis
   return makeRegistrar(device_, options, logger_);
 }
 
-void RegistrationPipeline::setRegistrar(std::shared_ptr<Registrar> registrar) {
-  std::atomic_store(&registrar_, std::move(registrar));
-}
-
 void RegistrationPipeline::loadMasks() {
   for (const std::string& view : parameters_.viewNames()) {
     const auto own = parameters_.image.masks.find(view);
@@ -102,7 +97,7 @@ void RegistrationPipeline::loadMasks() {
 void RegistrationPipeline::openDevice() {
   if (registrar_) return;
   try {
-    setRegistrar(factory_(parameters_.registrar));
+    registrar_ = factory_(parameters_.registrar);
     fault_.clear();
   } catch (const DeviceError& error) {
     device_.reset();
@@ -117,7 +112,7 @@ void RegistrationPipeline::upload() {
     registrar_->setVolume(*attenuation_);
   } catch (const DeviceError& error) {
     fault_ = error.what();
-    setRegistrar(nullptr);
+    registrar_.reset();
     device_.reset();
     throw;
   }
@@ -158,18 +153,8 @@ void RegistrationPipeline::reset() {
   if (fault_.empty()) return;
   fault_.clear();
   rebuilt_since_success_ = false;
-  setRegistrar(nullptr);
+  registrar_.reset();
   device_.reset();
-}
-
-UndistortionMaps RegistrationPipeline::borrowMaps(const std::string& view) const {
-  const std::lock_guard<std::mutex> lock(maps_mutex_);
-  return std::exchange(maps_[view], UndistortionMaps{});
-}
-
-void RegistrationPipeline::returnMaps(const std::string& view, UndistortionMaps maps) const {
-  const std::lock_guard<std::mutex> lock(maps_mutex_);
-  maps_[view] = std::move(maps);
 }
 
 ViewInput RegistrationPipeline::makeView(const RawView& raw) const {
@@ -181,9 +166,7 @@ ViewInput RegistrationPipeline::makeView(const RawView& raw) const {
     // An inverted image in floats has no largest value but its own.
     saturation = *std::max_element(raw.image->pixels.pixels.begin(), raw.image->pixels.pixels.end());
   }
-  UndistortionMaps maps = borrowMaps(raw.name);
-  XrayFrame frame = makeXrayFrame(raw.image->pixels, saturation, raw.calibration, options.linearize, &maps);
-  returnMaps(raw.name, std::move(maps));
+  XrayFrame frame = makeXrayFrame(raw.image->pixels, saturation, raw.calibration, options.linearize, &maps_[raw.name]);
   const auto mask = masks_.find(raw.name);
   const MaskImage user = mask == masks_.end() ? MaskImage{} : mask->second;
   if (!user.empty() && (user.width != frame.attenuation.width || user.height != frame.attenuation.height)) {
@@ -192,12 +175,7 @@ ViewInput RegistrationPipeline::makeView(const RawView& raw) const {
                      std::to_string(user.width) + "x" + std::to_string(user.height));
   }
   maskFrame(&frame, options.find, user);
-  ViewInput view;
-  view.camera = frame.camera;
-  view.attenuation = std::move(frame.attenuation);
-  view.mask = std::move(frame.mask);
-  view.T_view_first = raw.T_view_first;
-  return view;
+  return ViewInput(std::make_shared<const XrayFrame>(std::move(frame)), raw.T_view_first);
 }
 
 TrackingState RegistrationPipeline::state() const {
@@ -229,25 +207,6 @@ PreparedFrame RegistrationPipeline::prepare(const std::vector<RawView>& views) c
   frame.prepare_ms = watch.milliseconds();
   return frame;
 }
-
-void RegistrationPipeline::stage(PreparedFrame* frame) const {
-  const std::shared_ptr<const Registrar> registrar = std::atomic_load(&registrar_);
-  if (!registrar) return;
-  const Stopwatch watch;
-  std::size_t index = 0;
-  for (std::optional<ViewInput>& view : frame->views) {
-    if (!view) continue;
-    try {
-      view->staged = registrar->stage(*view, index);
-    } catch (const DeviceError&) {
-      // A device that has failed says so again when the frame's turn comes.
-    }
-    ++index;
-  }
-  frame->prepare_ms += watch.milliseconds();
-}
-
-bool RegistrationPipeline::computesAside() const { return device_ && device_->isGpu(); }
 
 FrameOutcome RegistrationPipeline::process(double stamp_s, const std::vector<RawView>& views,
                                            const std::optional<RigidTransform>& T_camera_now_camera_last) {
@@ -344,7 +303,7 @@ void RegistrationPipeline::registerViews(double stamp_s, const std::vector<ViewI
 }
 
 bool RegistrationPipeline::rebuildAfter(const std::string& failure) {
-  setRegistrar(nullptr);
+  registrar_.reset();
   device_.reset();
   if (rebuilt_since_success_) {
     fault_ = failure;
@@ -380,7 +339,7 @@ void RegistrationPipeline::setTuning(const RegistrarOptions& registrar, const Tr
   parameters_.tracker = tracker;
   tracker_.setOptions(tracker);
   if (!registrar_ || registrar_->setOptions(parameters_.registrar)) return;
-  setRegistrar(nullptr);
+  registrar_.reset();
   if (!hasCt()) return;
   try {
     upload();

@@ -14,9 +14,6 @@
 #include "xray_registration/volume/attenuation.h"
 #include "xray_registration/volume/volume_io.h"
 
-namespace ros {
-class NodeHandle;
-}
 namespace YAML {
 class Node;
 }
@@ -32,13 +29,6 @@ class ParameterError : public std::runtime_error {
 enum class Mode {
   kTrack,     ///< Every frame is registered.
   kOnDemand,  ///< One frame is registered for each given pose and each ~register_once.
-};
-
-/// Whether a second thread prepares and transfers a frame while the one before it is being registered.
-enum class PrepareAhead {
-  kAuto,  ///< When the device is not the processor that would prepare it.
-  kAlways,
-  kNever,
 };
 
 /// ct/…
@@ -86,7 +76,6 @@ struct NodeParameters {
   SyncParameters sync;
   std::vector<std::string> views;  ///< Empty: one view, topics without a prefix.
   std::string device = "auto";
-  PrepareAhead prepare_ahead = PrepareAhead::kAuto;
   RegistrarOptions registrar;  ///< method, accept/…, solver/…, paper/…
   TrackerOptions tracker;      ///< tracking/…
   Mode mode = Mode::kTrack;
@@ -99,15 +88,14 @@ struct NodeParameters {
   std::vector<std::string> viewNames() const { return views.empty() ? std::vector<std::string>{""} : views; }
 };
 
-/// Reads what is below the node's private name.
+/// Reads a parsed YAML tree.
 /// @throws ParameterError for a wrong type, a value out of range, or an unknown name below a known group; an unknown
 /// name beside the groups is only warned of, since other libraries keep their parameters there too.
-NodeParameters loadParameters(const ros::NodeHandle& private_node, const Logger& logger = {});
+NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger = {});
 
-/// The same from a YAML file with the same keys, and from a parsed one.
+/// The same from a YAML file.
 /// @throws ParameterError also when the file cannot be read.
 NodeParameters loadParametersYaml(const std::string& path, const Logger& logger = {});
-NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger = {});
 
 /// A pose file or parameter: {position: [x, y, z] in m, orientation: [x, y, z, w]} → mm.
 /// @throws ParameterError naming `name`.

@@ -1,4 +1,4 @@
-#include "xray_registration/ros/frame_mailbox.h"
+#include "xray_registration/pipeline/frame_mailbox.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The pipeline's own behaviour, with a registrar that does what the test tells it.
-#include "xray_registration/ros/registration_pipeline.h"
+#include "xray_registration/pipeline/registration_pipeline.h"
 
 #include <gtest/gtest.h>
 
@@ -20,13 +20,8 @@ struct Script {
   bool accepts = true;
   bool gives_nan = false;
   bool takes_options = true;
-  bool fails_to_stage = false;
   std::vector<ViewInput> last_views;
   RigidTransform last_start = RigidTransform::Identity();
-};
-
-struct FakeStagedView : StagedView {
-  std::size_t index = 99;
 };
 
 class FakeRegistrar : public Registrar {
@@ -57,12 +52,6 @@ class FakeRegistrar : public Registrar {
   }
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform&) override {
     return FloatImage(camera.width, camera.height);
-  }
-  std::shared_ptr<const StagedView> stage(const ViewInput&, std::size_t index) const override {
-    auto staged = std::make_shared<FakeStagedView>();
-    staged->index = index;
-    if (script_->fails_to_stage) throw DeviceError("device lost", -5);
-    return staged;
   }
   Eigen::Vector3d centreCt() const override { return Eigen::Vector3d::Zero(); }
   bool setOptions(const RegistrarOptions&) override { return script_->takes_options; }
@@ -255,37 +244,6 @@ TEST_F(Pipeline, WithoutItsFirstViewAFrameKeepsThePoseInTheFirstViewsFrame) {
   EXPECT_NEAR(outcome.result.covariance(0, 0), 3.0, 1e-9);
   EXPECT_NEAR(outcome.result.covariance(2, 2), 1.0, 1e-9);
   EXPECT_NEAR(outcome.result.covariance(3, 3), 6.0, 1e-9);
-}
-
-TEST_F(Pipeline, AStagedFrameReachesTheRegistrar) {
-  NodeParameters parameters;
-  parameters.views = {"a", "b"};
-  parameters.sync.allow_missing_view = true;
-  RegistrationPipeline pipeline = make(parameters);
-  PreparedFrame early = pipeline.prepare({view("a"), view("b")});
-  pipeline.stage(&early);  // There is no registrar yet.
-  EXPECT_EQ(early.views[0]->staged, nullptr);
-  pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
-
-  RawView missing = view("a");
-  missing.image.reset();
-  missing.problem = "no image came";
-  PreparedFrame frame = pipeline.prepare({missing, view("b")});
-  EXPECT_EQ(frame.problem, "view 'a': no image came");
-  pipeline.stage(&frame);
-  const FrameOutcome outcome = pipeline.process(1.0, frame);
-  EXPECT_TRUE(outcome.result.accepted) << outcome.result.reason;
-  ASSERT_EQ(script_.last_views.size(), 1U);
-  const auto* staged = dynamic_cast<const FakeStagedView*>(script_.last_views[0].staged.get());
-  ASSERT_NE(staged, nullptr);
-  EXPECT_EQ(staged->index, 0U);  // The first of those that are there.
-
-  script_.fails_to_stage = true;
-  PreparedFrame unstaged = pipeline.prepare({view("a"), view("b")});
-  pipeline.stage(&unstaged);  // Not a word: the frame's own turn will tell.
-  EXPECT_EQ(unstaged.views[0]->staged, nullptr);
-  EXPECT_TRUE(pipeline.process(1.1, unstaged).result.accepted);
 }
 
 TEST_F(Pipeline, NewTuningRebuildsOnlyWhereItMust) {

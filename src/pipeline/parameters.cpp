@@ -1,11 +1,10 @@
-#include "xray_registration/ros/parameters.h"
+#include "xray_registration/pipeline/parameters.h"
 
-#include <ros/node_handle.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
 
-#include "parameter_group.h"
+#include "pipeline/parameter_group.h"
 
 namespace xray_registration {
 
@@ -135,10 +134,6 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.list("views", &parameters->views);
   checkViews(parameters->views);
   top.words("device", &parameters->device);
-  top.choice<PrepareAhead>(
-      "prepare_ahead",
-      {{"auto", PrepareAhead::kAuto}, {"always", PrepareAhead::kAlways}, {"never", PrepareAhead::kNever}},
-      &parameters->prepare_ahead);
   top.choice<Method>("method", {{"fast", Method::kFast}, {"paper", Method::kPaper}}, &parameters->registrar.method);
   top.choice<Mode>("mode", {{"track", Mode::kTrack}, {"on_demand", Mode::kOnDemand}}, &parameters->mode);
   top.choice<std::string>("drr_encoding", {{"mono8", "mono8"}, {"32FC1", "32FC1"}}, &parameters->drr_encoding);
@@ -150,30 +145,6 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
     top.known(group);
   for (const std::string& name : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
-  }
-}
-
-YAML::Node toYaml(XmlRpc::XmlRpcValue value) {  // By value: XmlRpcValue's accessors are not const.
-  YAML::Node node;
-  switch (value.getType()) {
-    case XmlRpc::XmlRpcValue::TypeStruct:
-      node = YAML::Node(YAML::NodeType::Map);
-      for (auto& [name, member] : value) node[name] = toYaml(member);
-      return node;
-    case XmlRpc::XmlRpcValue::TypeArray:
-      node = YAML::Node(YAML::NodeType::Sequence);
-      for (int i = 0; i < value.size(); ++i) node.push_back(toYaml(value[i]));
-      return node;
-    case XmlRpc::XmlRpcValue::TypeBoolean:
-      return YAML::Node(static_cast<bool>(value));
-    case XmlRpc::XmlRpcValue::TypeInt:
-      return YAML::Node(static_cast<int>(value));
-    case XmlRpc::XmlRpcValue::TypeDouble:
-      return YAML::Node(static_cast<double>(value));
-    case XmlRpc::XmlRpcValue::TypeString:
-      return YAML::Node(static_cast<std::string>(value));
-    default:
-      return node;
   }
 }
 
@@ -240,14 +211,6 @@ NodeParameters loadParametersYaml(const std::string& path, const Logger& logger)
   } catch (const ParameterError& error) {
     throw ParameterError(path + ": " + error.what());
   }
-}
-
-NodeParameters loadParameters(const ros::NodeHandle& private_node, const Logger& logger) {
-  XmlRpc::XmlRpcValue tree;
-  if (!private_node.getParam(private_node.getNamespace(), tree) || tree.getType() != XmlRpc::XmlRpcValue::TypeStruct) {
-    return NodeParameters{};
-  }
-  return parseParameters(toYaml(tree), logger);
 }
 
 void validate(const NodeParameters& parameters) {

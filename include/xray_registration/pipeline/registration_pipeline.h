@@ -3,15 +3,14 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "xray_registration/image/raw_image.h"
+#include "xray_registration/pipeline/parameters.h"
 #include "xray_registration/registration/registrar.h"
 #include "xray_registration/registration/tracker.h"
-#include "xray_registration/ros/conversions.h"
-#include "xray_registration/ros/parameters.h"
 
 namespace xray_registration {
 
@@ -47,8 +46,7 @@ struct FrameOutcome {
 };
 
 /// The way of one frame from pixels to a verdict, the same in the node, register_bag and evaluate: owns the device, the
-/// registrar with its CT, and the tracker. Needs no ROS master and no clock. Not thread-safe: one worker owns it; but
-/// prepare() and stage() may run in a second thread while the first one works.
+/// registrar with its CT, and the tracker. Needs no ROS master and no clock. Not thread-safe: one worker owns it.
 class RegistrationPipeline {
  public:
   /// Makes the registrar; called at the start and when the device has to be rebuilt.
@@ -83,12 +81,6 @@ class RegistrationPipeline {
 
   /// Makes all views of a frame; what is wrong with one is said in the result.
   PreparedFrame prepare(const std::vector<RawView>& views) const;
-
-  /// Crops, bins and transfers the views to the device ahead of their turn, as far as the registrar can.
-  void stage(PreparedFrame* frame) const;
-
-  /// Whether the device computes beside the processors that prepare frames, so that preparing ahead gains time.
-  bool computesAside() const;
 
   /// Registers one frame. Views come in the order of the parameter `views`. Never throws on what a frame, the device or
   /// a pose may do: the outcome says why nothing was found. A device that fails is rebuilt once; if that does not help,
@@ -128,13 +120,10 @@ class RegistrationPipeline {
   void dropCt() { ct_.reset(); }
 
  private:
-  UndistortionMaps borrowMaps(const std::string& view) const;
-  void returnMaps(const std::string& view, UndistortionMaps maps) const;
   std::unique_ptr<Registrar> registrarFromDevice(const RegistrarOptions& options);
   void loadMasks();
   void upload();
   bool rebuildAfter(const std::string& failure);
-  void setRegistrar(std::shared_ptr<Registrar> registrar);
   FrameOutcome refused(const std::string& reason) const;
   void registerViews(double stamp_s, const std::vector<ViewInput>& present,
                      const std::optional<RigidTransform>& T_camera_now_camera_last, FrameOutcome* outcome);
@@ -143,12 +132,9 @@ class RegistrationPipeline {
   Logger logger_;
   RegistrarFactory factory_;
   std::map<std::string, MaskImage> masks_;
-  // Kept between frames. A thread takes a view's maps out while it uses them; a second one makes its own.
-  mutable std::mutex maps_mutex_;
-  mutable std::map<std::string, UndistortionMaps> maps_;
+  mutable std::map<std::string, UndistortionMaps> maps_;  ///< By view, kept between frames.
   std::shared_ptr<Device> device_;
-  // After device_: destroyed before it. Changed by setRegistrar alone, since stage() may look at it meanwhile.
-  std::shared_ptr<Registrar> registrar_;
+  std::unique_ptr<Registrar> registrar_;  ///< After device_: destroyed before it.
   Tracker tracker_;
   std::shared_ptr<const Volume> ct_;
   std::shared_ptr<const AttenuationVolume> attenuation_;

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "xray_registration/pipeline/parameters.h"
+
+namespace ros {
+class NodeHandle;
+}
+
+namespace xray_registration {
+
+/// Reads what is below the node's private name, as parseParameters does from YAML.
+/// @throws ParameterError
+NodeParameters loadParameters(const ros::NodeHandle& private_node, const Logger& logger = {});
+
+}  // namespace xray_registration

@@ -1,0 +1,90 @@
+#include "ros/live_parameters.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "xray_registration/pipeline/parameters.h"
+
+namespace xray_registration {
+namespace {
+
+/// The flags, integers and numbers of a configuration of dynamic_reconfigure, by name.
+template <typename Config>
+std::map<std::string, double> numbersOf(const Config& config) {
+  dynamic_reconfigure::Config message;
+  config.__toMessage__(message);
+  std::map<std::string, double> numbers;
+  for (const auto& one : message.bools) numbers[one.name] = one.value;
+  for (const auto& one : message.ints) numbers[one.name] = one.value;
+  for (const auto& one : message.doubles) numbers[one.name] = one.value;
+  return numbers;
+}
+
+// config/default.yaml is where users read the defaults: it must hold those of the code, all of them.
+TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
+  const NodeParameters file = loadParametersYaml(XRAY_REGISTRATION_SOURCE "/config/default.yaml");
+  const NodeParameters code;
+  EXPECT_EQ(file.ct.model.water_per_mm, code.ct.model.water_per_mm);
+  EXPECT_EQ(file.ct.model.threshold_hu, code.ct.model.threshold_hu);
+  EXPECT_EQ(file.ct.surface_threshold_hu, code.ct.surface_threshold_hu);
+  EXPECT_EQ(file.ct.surface_triangles, code.ct.surface_triangles);
+  EXPECT_EQ(file.image.linearize.kind, code.image.linearize.kind);
+  EXPECT_EQ(file.image.find.collimator, code.image.find.collimator);
+  EXPECT_EQ(file.image.find.letters, code.image.find.letters);
+  EXPECT_EQ(file.image.find.metal, code.image.find.metal);
+  EXPECT_EQ(file.frames.ct, code.frames.ct);
+  EXPECT_EQ(file.frames.tf_timeout_s, code.frames.tf_timeout_s);
+  EXPECT_EQ(file.sync.tolerance_s, code.sync.tolerance_s);
+  EXPECT_EQ(file.sync.patience_s, code.sync.patience_s);
+  EXPECT_EQ(numbersOf(toConfig(file.registrar.accept)), numbersOf(toConfig(code.registrar.accept)));
+  EXPECT_EQ(numbersOf(toConfig(file.registrar)), numbersOf(toConfig(code.registrar)));
+  EXPECT_EQ(numbersOf(toConfig(file.tracker)), numbersOf(toConfig(code.tracker)));
+  EXPECT_EQ(file.registrar.similarity, code.registrar.similarity);
+  EXPECT_EQ(file.registrar.paper_max_iterations, code.registrar.paper_max_iterations);
+  EXPECT_EQ(file.registrar.paper_stop_norm, code.registrar.paper_stop_norm);
+  EXPECT_EQ(file.registrar.paper_step_deg, code.registrar.paper_step_deg);
+  EXPECT_EQ(file.registrar.paper_step_mm, code.registrar.paper_step_mm);
+  EXPECT_EQ(file.registrar.paper_image_size, code.registrar.paper_image_size);
+}
+
+// cfg/*.cfg repeats the defaults for rqt_reconfigure.
+TEST(LiveParameters, HaveTheSameDefaults) {
+  EXPECT_EQ(numbersOf(AcceptConfig::__getDefault__()), numbersOf(toConfig(AcceptOptions{})));
+  EXPECT_EQ(numbersOf(SolverConfig::__getDefault__()), numbersOf(toConfig(RegistrarOptions{})));
+  EXPECT_EQ(numbersOf(TrackingConfig::__getDefault__()), numbersOf(toConfig(TrackerOptions{})));
+  EXPECT_EQ(SolverConfig::__getDefault__().similarity, toConfig(RegistrarOptions{}).similarity);
+}
+
+/// Bounds that differ from the defaults arrive in the options and come back.
+template <typename Config, typename Options>
+void expectEveryFieldIsCarried() {
+  const std::map<std::string, double> minima = numbersOf(Config::__getMin__());
+  const std::map<std::string, double> defaults = numbersOf(Config::__getDefault__());
+  for (const auto& [name, least] : minima) EXPECT_NE(least, defaults.at(name)) << name << " proves nothing";
+  Options options;
+  apply(Config::__getMin__(), &options);
+  EXPECT_EQ(numbersOf(toConfig(options)), minima);
+}
+
+TEST(LiveParameters, EveryFieldIsCarriedBothWays) {
+  expectEveryFieldIsCarried<AcceptConfig, AcceptOptions>();
+  expectEveryFieldIsCarried<SolverConfig, RegistrarOptions>();
+  expectEveryFieldIsCarried<TrackingConfig, TrackerOptions>();
+}
+
+TEST(LiveParameters, ApplyWhatTheyShow) {
+  RegistrarOptions options;
+  SolverConfig config = toConfig(options);
+  config.similarity = "gain_offset";
+  config.max_steps_per_frame = 7;
+  apply(config, &options);
+  EXPECT_EQ(options.similarity, Similarity::kGainOffset);
+  EXPECT_EQ(options.max_steps_per_frame, 7);
+  config.similarity = "nonsense";
+  apply(config, &options);
+  EXPECT_EQ(options.similarity, Similarity::kGainOffset);
+}
+
+}  // namespace
+}  // namespace xray_registration
