@@ -7,7 +7,7 @@ list(REMOVE_ITEM ros_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/ros/registration_no
 
 add_library(xray_registration_ros SHARED ${ros_sources})
 add_dependencies(xray_registration_ros ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
-target_compile_options(xray_registration_ros PRIVATE -Wall -Wextra -Werror)
+target_link_libraries(xray_registration_ros PRIVATE xray_registration_warnings)
 target_include_directories(xray_registration_ros PUBLIC
   $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
 # The headers of other packages are not ours to warn about.
@@ -19,7 +19,7 @@ target_link_libraries(xray_registration_ros PUBLIC
 # xray_ros_executable(<name> sources...): goes where rosrun looks.
 function(xray_ros_executable name)
   add_executable(${name} ${ARGN})
-  target_compile_options(${name} PRIVATE -Wall -Wextra -Werror)
+  target_link_libraries(${name} PRIVATE xray_registration_warnings)
   target_link_libraries(${name} PRIVATE xray_registration_ros)
   install(TARGETS ${name} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 endfunction()
@@ -27,7 +27,7 @@ endfunction()
 if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/registration_node.cpp)
   xray_ros_executable(xray_registration_node src/tools/registration_node.cpp)
   add_library(xray_registration_nodelet SHARED src/ros/registration_nodelet.cpp)
-  target_compile_options(xray_registration_nodelet PRIVATE -Wall -Wextra -Werror)
+  target_link_libraries(xray_registration_nodelet PRIVATE xray_registration_warnings)
   target_link_libraries(xray_registration_nodelet PRIVATE xray_registration_ros)
   install(TARGETS xray_registration_nodelet LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 endif()

@@ -8,7 +8,7 @@ function(xray_tool name)
     set(TOOL_SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/${name}.cpp)
   endif()
   add_executable(${name} ${TOOL_SOURCES})
-  target_compile_options(${name} PRIVATE -Wall -Wextra -Werror)
+  target_link_libraries(${name} PRIVATE xray_registration_warnings)
   target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   if(TOOL_ROS)
     target_link_libraries(${name} PRIVATE xray_registration_tools_ros)
@@ -35,7 +35,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
     ${common}/command_line.cpp ${common}/ct_source.cpp ${common}/disturbance.cpp ${common}/image_files.cpp
     ${common}/pose_json.cpp ${common}/progress_bar.cpp ${common}/session_generator.cpp ${common}/trajectory.cpp
     ${common}/yaml_files.cpp)
-  target_compile_options(xray_registration_tools_common PRIVATE -Wall -Wextra -Werror)
+  target_link_libraries(xray_registration_tools_common PRIVATE xray_registration_warnings)
   target_include_directories(xray_registration_tools_common PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_link_libraries(xray_registration_tools_common PUBLIC
     xray_registration_core CLI11::CLI11 nlohmann_json::nlohmann_json ${YAML_CPP_LIBRARIES}
@@ -48,7 +48,7 @@ endif()
 if(XRAY_REGISTRATION_ROS)
   add_library(xray_registration_tools_ros STATIC
     ${common}/bag_frames.cpp ${common}/message_files.cpp ${common}/session_messages.cpp)
-  target_compile_options(xray_registration_tools_ros PRIVATE -Wall -Wextra -Werror)
+  target_link_libraries(xray_registration_tools_ros PRIVATE xray_registration_warnings)
   target_link_libraries(xray_registration_tools_ros PUBLIC xray_registration_tools_common xray_registration_ros)
 
   xray_tool(register_bag ROS)

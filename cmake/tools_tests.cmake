@@ -4,7 +4,7 @@
 function(xray_tool_test name)
   set(target test_tools_${name})
   add_executable(${target} ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/${name}_test.cpp)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
+  target_link_libraries(${target} PRIVATE xray_registration_warnings)
   target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   # The devel space's folder of executables, or the build folder without ROS.
   target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_TOOLS="$<TARGET_FILE_DIR:render>")
