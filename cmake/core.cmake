@@ -14,8 +14,11 @@ macro(xray_glob variable room)
   file(GLOB ${variable} CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/${room}/*.cpp)
 endmacro()
 
+xray_glob(common_sources common)
+xray_room(common SOURCES ${common_sources})
+
 xray_glob(geometry_sources geometry)
-xray_room(geometry SOURCES ${geometry_sources} LIBRARIES Eigen3::Eigen)
+xray_room(geometry SOURCES ${geometry_sources} ROOMS common LIBRARIES Eigen3::Eigen)
 
 xray_glob(volume_sources volume)
 # itk_*.cpp include ITK's headers and no Eigen: ITK carries an Eigen of its own. The others stand on them.
@@ -46,7 +49,7 @@ xray_glob(evaluation_sources evaluation)
 xray_room(evaluation SOURCES ${evaluation_sources} ROOMS registration
           LIBRARIES Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 
-set(core_rooms geometry volume image drr registration evaluation)
+set(core_rooms common geometry volume image drr registration evaluation)
 # The way of a frame from pixels to a verdict reads parameters (yaml-cpp) and masks (OpenCV).
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   find_package(yaml-cpp REQUIRED)

@@ -42,6 +42,7 @@ endfunction()
 # Tests that need ITK or OpenCV.
 set(XRAY_FULL_CORE_TESTS volume_io bone_surface xray_frame mask recorded_sessions)
 
+xray_tests_of(common)
 xray_tests_of(geometry)
 xray_tests_of(volume)
 xray_tests_of(image)

@@ -1,27 +1,17 @@
 #include "xray_registration/evaluation/trial_statistics.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace xray_registration {
 namespace {
-
-double atRank(const std::vector<double>& sorted, double share) {
-  const double rank = share * static_cast<double>(sorted.size() - 1);
-  const std::size_t below = static_cast<std::size_t>(std::floor(rank));
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  // Equal neighbours may both be infinite, and their difference no number.
-  if (sorted[below] == sorted[above]) return sorted[below];
-  return sorted[below] + (rank - static_cast<double>(below)) * (sorted[above] - sorted[below]);
-}
 
 template <typename Get>
 Percentiles percentilesOf(const std::vector<Trial>& trials, const Get& get) {
   std::vector<double> values;
   values.reserve(trials.size());
   for (const Trial& trial : trials) values.push_back(get(trial));
-  return percentiles(std::move(values));
+  return percentiles(values);
 }
 
 template <typename Predicate>
@@ -51,12 +41,6 @@ SuccessCriteria successCriteria(int views) {
     criteria.false_acceptance_mtre_mm = 2.0;
   }
   return criteria;
-}
-
-Percentiles percentiles(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  return {atRank(values, 0.5), atRank(values, 0.95), atRank(values, 0.99)};
 }
 
 std::vector<StartBin> startBins(const std::vector<Trial>& trials, const SuccessCriteria& criteria, double width_mm) {

@@ -4,6 +4,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "xray_registration/common/statistics.h"
+
 namespace xray_registration {
 namespace mask_detail {
 
@@ -92,22 +94,16 @@ std::vector<float> sampled(const cv::Mat& image) {
   return values;
 }
 
-float valueAt(double share, std::vector<float>* values) {
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values->size() - 1));
-  std::nth_element(values->begin(), values->begin() + rank, values->end());
-  return (*values)[static_cast<std::size_t>(rank)];
-}
-
 }  // namespace
 
 float percentile(const cv::Mat& image, double share) {
   std::vector<float> values = sampled(image);
-  return valueAt(share, &values);
+  return quantileBelow(&values, share);
 }
 
 Range percentiles(const cv::Mat& image, double low, double high) {
   std::vector<float> values = sampled(image);
-  return {valueAt(low, &values), valueAt(high, &values)};
+  return {quantileBelow(&values, low), quantileBelow(&values, high)};
 }
 
 }  // namespace mask_detail

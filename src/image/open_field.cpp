@@ -2,6 +2,7 @@
 #include <cmath>
 #include <vector>
 
+#include "xray_registration/common/statistics.h"
 #include "xray_registration/image/xray_frame.h"
 
 namespace xray_registration {
@@ -27,9 +28,7 @@ double estimateOpenField(const FloatImage& transmission, double saturation_value
   if (unsaturated.size() < kFewestUnsaturated * static_cast<double>(looked_at) || unsaturated.empty()) {
     return saturates ? saturation_value : 0.0;
   }
-  const auto rank = static_cast<std::ptrdiff_t>(kPercentile * static_cast<double>(unsaturated.size() - 1));
-  std::nth_element(unsaturated.begin(), unsaturated.begin() + rank, unsaturated.end());
-  return unsaturated[static_cast<std::size_t>(rank)];
+  return quantileBelow(&unsaturated, kPercentile);
 }
 
 }  // namespace xray_registration

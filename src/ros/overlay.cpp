@@ -2,11 +2,12 @@
 
 #include <sensor_msgs/image_encodings.h>
 
-#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <vector>
+
+#include "xray_registration/common/statistics.h"
 
 namespace xray_registration {
 
@@ -20,13 +21,6 @@ cv::Mat viewOf(const MaskImage& image) {
   return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
 }
 
-float quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0.0F;
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
-
 /// Grey values from the pixels in use, so that a collimator or an instrument does not darken the picture.
 cv::Mat greyOf(const FloatImage& attenuation, const MaskImage& mask) {
   std::vector<float> used;
@@ -34,8 +28,8 @@ cv::Mat greyOf(const FloatImage& attenuation, const MaskImage& mask) {
   for (std::size_t i = 0; i < attenuation.pixels.size(); ++i) {
     if (mask.empty() || mask.pixels[i] != 0) used.push_back(attenuation.pixels[i]);
   }
-  const double low = quantile(used, 0.01);
-  const double high = quantile(used, 0.99);
+  const double low = used.empty() ? 0.0 : quantileBelow(&used, 0.01);
+  const double high = used.empty() ? 0.0 : quantileBelow(&used, 0.99);
   const double scale = high > low ? 255.0 / (high - low) : 0.0;
   cv::Mat grey;
   viewOf(attenuation).convertTo(grey, CV_8UC1, scale, -low * scale);

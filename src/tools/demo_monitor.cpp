@@ -19,7 +19,7 @@
 #include "tools/common/disturbance.h"
 #include "tools/common/image_files.h"
 #include "tools/common/message_files.h"
-#include "tools/common/summary.h"
+#include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/registration/tracker.h"
 #include "xray_registration/ros/conversions.h"
@@ -250,18 +250,18 @@ void summarise(const Arguments& arguments, const Monitor& monitor) {
     inplane.push_back(error.inplane_mm);
   }
   std::printf("\n%zu of %zu registered frames accepted on %s, median %.1f ms a frame\n", monitor.accepted(),
-              monitor.judged(), monitor.last()->device.c_str(), medianOf(monitor.solveTimes()));
+              monitor.judged(), monitor.last()->device.c_str(), median(monitor.solveTimes()));
   std::printf("frames received %lu, dropped for newer ones %lu\n",
               static_cast<unsigned long>(monitor.last()->frames_received),
               static_cast<unsigned long>(monitor.last()->frames_dropped));
   if (mtre.empty()) throw std::runtime_error("tracking failed: no accepted frame has a true pose to compare with");
   std::printf("error against the truth: mTRE median %.2f mm, worst %.2f mm; in-plane median %.2f mm, worst %.2f mm\n",
-              medianOf(mtre), largestOf(mtre), medianOf(inplane), largestOf(inplane));
+              median(mtre), largest(mtre), median(inplane), largest(inplane));
   for (const std::string& path : monitor.writePictures()) std::printf("%s\n", path.c_str());
 
   if (!monitor.isTracking()) throw std::runtime_error("tracking failed: the node ended without a pose");
   if (monitor.accepted() * 10 < monitor.judged() * 8) throw std::runtime_error("tracking failed: too many refusals");
-  if (medianOf(inplane) > arguments.max_inplane_mm || medianOf(mtre) > arguments.max_mtre_mm) {
+  if (median(inplane) > arguments.max_inplane_mm || median(mtre) > arguments.max_mtre_mm) {
     throw std::runtime_error("tracking failed: the poses are too far from the truth");
   }
   if (monitor.pictures().empty()) throw std::runtime_error("the node sent no DRR or overlay");

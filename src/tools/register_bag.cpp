@@ -13,8 +13,8 @@
 #include "tools/common/message_files.h"
 #include "tools/common/pose_json.h"
 #include "tools/common/progress_bar.h"
-#include "tools/common/summary.h"
 #include "tools/common/yaml_files.h"
+#include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/overlay.h"
@@ -236,11 +236,11 @@ void printSummary(const std::vector<FrameRecord>& records) {
     mtre.push_back(record.error->mtre_mm);
     inplane.push_back(record.error->inplane_mm);
   }
-  std::printf("%zu of %zu frames accepted, median %.1f ms a frame\n", accepted, records.size(), medianOf(total_ms));
+  std::printf("%zu of %zu frames accepted, median %.1f ms a frame\n", accepted, records.size(), median(total_ms));
   if (!mtre.empty()) {
     std::printf(
         "against the ground truth: mTRE median %.3f mm, worst %.3f mm; in-plane median %.3f mm, worst %.3f mm\n",
-        medianOf(mtre), largestOf(mtre), medianOf(inplane), largestOf(inplane));
+        median(mtre), largest(mtre), median(inplane), largest(inplane));
   }
   if (accepted < records.size()) std::printf("last refusal: %s\n", last_reason.c_str());
 }

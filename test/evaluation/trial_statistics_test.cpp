@@ -39,15 +39,6 @@ TEST(SuccessCriteria, VerdictIsJudgedAgainstTheTruth) {
   EXPECT_FALSE(one.isFalseRefusal(trial(9, 7.0, 0.1, false)));
 }
 
-TEST(Percentiles, InterpolateBetweenRanks) {
-  const Percentiles few = percentiles({4.0, 1.0, 3.0, 2.0});
-  EXPECT_DOUBLE_EQ(few.median, 2.5);
-  EXPECT_DOUBLE_EQ(few.p95, 3.85);
-  EXPECT_DOUBLE_EQ(few.p99, 3.97);
-  EXPECT_EQ(percentiles({}).median, 0.0);
-  EXPECT_EQ(percentiles({7.0}).p99, 7.0);
-}
-
 TEST(CaptureRange, EndsAtTheFirstBinThatFails) {
   EXPECT_DOUBLE_EQ(captureRange({bin(0, 20, 20), bin(2, 40, 38), bin(4, 40, 37), bin(6, 40, 40)}), 4.0);
   EXPECT_DOUBLE_EQ(captureRange({bin(0, 20, 18)}), 0.0);
@@ -92,7 +83,6 @@ TEST(StatisticsOf, InfiniteErrorIsGrossAndFalselyAccepted) {
   EXPECT_EQ(statistics.successes, 0);
   EXPECT_EQ(statistics.gross_failures, 1);
   EXPECT_EQ(statistics.false_acceptances, 1);
-  EXPECT_EQ(percentiles({1.0, kInfinity, kInfinity, kInfinity}).p95, kInfinity);
 }
 
 TEST(StatisticsOf, NothingGivesZeros) {

@@ -14,7 +14,7 @@
 #include <fstream>
 
 #include "tools/common/pose_json.h"
-#include "tools/common/summary.h"
+#include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/ros/bag_session.h"
 
@@ -234,7 +234,7 @@ TEST_F(ExecutablesTest, SessionThereAndBack) {
   }
   EXPECT_GE(accepted, 3U) << outcome.out;
   // Pixels of 1.6 mm at the head's depth, voxels of 2 mm: a third of a pixel. The start is off by 3 mm and 2 degrees.
-  EXPECT_LT(medianOf(inplane), 0.5) << outcome.out;
+  EXPECT_LT(median(inplane), 0.5) << outcome.out;
   EXPECT_TRUE(fs::exists(tools().path("overlays/lateral_00003.png")));
 
   rosbag::Bag bag(tools().path("out.bag"));
@@ -310,7 +310,7 @@ TEST_F(RecordedHead, DicomAndNiftiAgree) {
         poseError(rigidFromJson(nifti[i]["T_camera_ct"]), rigidFromJson(dicom[i]["T_camera_ct"]), targets).inplane_mm);
   }
   ASSERT_GE(inplane.size(), 36U);
-  EXPECT_LT(medianOf(inplane), 0.5);  // A tenth of the DICOM series' slice distance.
+  EXPECT_LT(median(inplane), 0.5);  // A tenth of the DICOM series' slice distance.
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/trials.h"
 
 namespace xray_registration {
@@ -31,15 +32,6 @@ struct StartBin {
 
   double successRate() const { return trials > 0 ? static_cast<double>(successes) / trials : 0.0; }
 };
-
-struct Percentiles {
-  double median = 0.0;
-  double p95 = 0.0;
-  double p99 = 0.0;
-};
-
-/// Linear interpolation between the closest ranks; zeros for no values.
-Percentiles percentiles(std::vector<double> values);
 
 struct TrialStatistics {
   int trials = 0;

@@ -1,9 +1,7 @@
 #include "tools/benchmark/measure.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "tools/common/progress_bar.h"
+#include "xray_registration/common/statistics.h"
 #include "xray_registration/common/stopwatch.h"
 
 namespace xray_registration::tools {
@@ -14,25 +12,14 @@ double millisecondsOf(const std::function<void()>& run) {
   return watch.milliseconds();
 }
 
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
-
-BenchmarkRow rowOf(const std::string& name, std::vector<double> milliseconds) {
+BenchmarkRow rowOf(const std::string& name, const std::vector<double>& milliseconds) {
+  const Percentiles found = percentiles(milliseconds);
   BenchmarkRow row;
   row.name = name;
   row.runs = milliseconds.size();
-  if (milliseconds.empty()) return row;
-  std::sort(milliseconds.begin(), milliseconds.end());
-  const std::size_t n = milliseconds.size();
-  const auto nearestRank = [&milliseconds, n](double share) {
-    return milliseconds[static_cast<std::size_t>(std::ceil(share * static_cast<double>(n))) - 1];
-  };
-  row.milliseconds_median = medianOf(milliseconds);
-  row.milliseconds_p95 = nearestRank(0.95);
-  row.milliseconds_p99 = nearestRank(0.99);
+  row.milliseconds_median = found.median;
+  row.milliseconds_p95 = found.p95;
+  row.milliseconds_p99 = found.p99;
   return row;
 }
 

@@ -11,8 +11,8 @@ namespace xray_registration::tools {
 struct BenchmarkRow {
   std::string name;
   double milliseconds_median = 0.0;
-  double milliseconds_p95 = 0.0;  ///< Nearest rank.
-  double milliseconds_p99 = 0.0;  ///< Nearest rank: the slowest run when there are fewer than 100.
+  double milliseconds_p95 = 0.0;
+  double milliseconds_p99 = 0.0;
   std::size_t runs = 0;
   std::optional<double> samples_per_second;  ///< March samples, at the median.
   std::optional<double> bytes;               ///< Rows about memory.
@@ -29,11 +29,8 @@ struct BenchmarkCase {
 
 double millisecondsOf(const std::function<void()>& run);
 
-/// Median of anything; 0 of nothing.
-double medianOf(std::vector<double> values);
-
 /// Median, p95 and p99 of times of the same thing.
-BenchmarkRow rowOf(const std::string& name, std::vector<double> milliseconds);
+BenchmarkRow rowOf(const std::string& name, const std::vector<double>& milliseconds);
 
 /// Runs all cases in turns, `rounds` times: a disturbance of the machine hits all of them alike. A turn is an untimed
 /// run, then timed ones for 20 ms, one at least: in use a step follows a step, a frame a frame.

@@ -57,7 +57,7 @@ PaperRun runOnce(PaperEngine* engine, const Experiment& experiment) {
 }
 
 /// The run with the median total time.
-PaperRun medianOf(std::vector<PaperRun> runs) {
+PaperRun medianRun(std::vector<PaperRun> runs) {
   std::sort(runs.begin(), runs.end(), [](const PaperRun& a, const PaperRun& b) { return a.total_ms < b.total_ms; });
   PaperRun median = runs[(runs.size() - 1) / 2];
   for (const PaperRun& run : runs) median.all_totals_ms.push_back(run.total_ms);
@@ -75,8 +75,8 @@ void runBoth(PaperEngine* cpp, PaperEngine* opencl, const Experiment& experiment
     cpp_runs.push_back(runOnce(cpp, experiment));
     opencl_runs.push_back(runOnce(opencl, experiment));
   }
-  row->cpp = medianOf(cpp_runs);
-  row->opencl = medianOf(opencl_runs);
+  row->cpp = medianRun(cpp_runs);
+  row->opencl = medianRun(opencl_runs);
 }
 
 }  // namespace

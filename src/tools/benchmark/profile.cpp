@@ -5,6 +5,7 @@
 #include "tools/benchmark/fast_step.h"
 #include "tools/benchmark/measure.h"
 #include "tools/common/progress_bar.h"
+#include "xray_registration/common/statistics.h"
 
 namespace xray_registration::tools {
 namespace {
@@ -45,12 +46,12 @@ StepProfile profileOf(const Subject& subject, MarchProbe* probe) {
   StepProfile profile;
   profile.n = subject.n;
   profile.axis = subject.axis;
-  profile.step_ms = medianOf(subject.times.step);
-  profile.plan_ms = medianOf(subject.times.plan);
-  profile.march_ms = medianOf(subject.times.march);
-  profile.windows_ms = medianOf(subject.times.windows);
-  profile.drr_march_ms = medianOf(subject.times.drr);
-  profile.loads_only_ms = medianOf(subject.times.loads);
+  profile.step_ms = median(subject.times.step);
+  profile.plan_ms = median(subject.times.plan);
+  profile.march_ms = median(subject.times.march);
+  profile.windows_ms = median(subject.times.windows);
+  profile.drr_march_ms = median(subject.times.drr);
+  profile.loads_only_ms = median(subject.times.loads);
   profile.samples = subject.step->samples(probe);
   profile.loaded_bytes = probe->loadedBytes();
   profile.volume_bytes = static_cast<double>(subject.step->engine().volume().levels().front().bytes);

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "xray_registration/common/statistics.h"
+
 namespace xray_registration::tools {
 namespace {
 
@@ -38,12 +40,7 @@ cv::Mat eightBits(const FloatImage& image, double low, double high) {
 std::pair<double, double> displayRange(const FloatImage& image) {
   std::vector<float> values = image.pixels;
   if (values.empty()) throw std::runtime_error("an image without pixels cannot be written");
-  const auto quantile = [&values](double share) {
-    const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), nth, values.end());
-    return static_cast<double>(*nth);
-  };
-  return {quantile(0.005), quantile(0.995)};
+  return {quantileBelow(&values, 0.005), quantileBelow(&values, 0.995)};
 }
 
 }  // namespace
