@@ -38,6 +38,9 @@ std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
   auto bag = std::make_unique<rosbag::Bag>();
   try {
     bag->open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw BagSessionError(path + ": has no index, since its recording was cut off before the bag was closed; mend it " +
+                          "with 'rosbag reindex " + path + "'");
   } catch (const std::exception& error) {
     throw BagSessionError(path + ": cannot be read as a bag: " + error.what());
   }
@@ -75,6 +78,23 @@ struct ViewIndex {
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> camera_infos;
   std::map<ros::Time, RigidTransform> poses;
 };
+
+/// The images in the order of their stamps, the first of each stamp alone: a bag that was merged, or recorded from two
+/// publishers, may hold every image twice. Images without a stamp all stay, so that each can be refused.
+std::vector<ImageEntry> inOrderOfStamps(const std::vector<ImageEntry>& images) {
+  // A message instance cannot be assigned, so pointers are sorted and the entries copied in their order.
+  std::vector<const ImageEntry*> order;
+  for (const auto& entry : images) order.push_back(&entry);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const ImageEntry* a, const ImageEntry* b) { return a->stamp < b->stamp; });
+  std::vector<ImageEntry> sorted;
+  sorted.reserve(order.size());
+  for (const auto* entry : order) {
+    const bool repeated = !sorted.empty() && !entry->stamp.isZero() && entry->stamp == sorted.back().stamp;
+    if (!repeated) sorted.push_back(*entry);
+  }
+  return sorted;
+}
 
 /// A frame: for each view the number of its image, or nothing.
 struct FrameIndex {
@@ -168,14 +188,12 @@ void BagSession::Implementation::indexView(std::size_t number, const Logger& log
     throw BagSessionError(path + ": has no sensor_msgs/CameraInfo on " + info_topic +
                           "; without it the images' geometry is not known");
   }
-  const auto earlier = [](const ImageEntry* a, const ImageEntry* b) { return a->stamp < b->stamp; };
-  // A message instance cannot be assigned, so pointers are sorted and the entries copied in their order.
-  std::vector<const ImageEntry*> order;
-  for (const auto& entry : index.images) order.push_back(&entry);
-  std::stable_sort(order.begin(), order.end(), earlier);
-  std::vector<ImageEntry> sorted;
-  sorted.reserve(order.size());
-  for (const auto* entry : order) sorted.push_back(*entry);
+  std::vector<ImageEntry> sorted = inOrderOfStamps(index.images);
+  if (const std::size_t repeated = index.images.size() - sorted.size(); repeated > 0) {
+    log(logger, LogLevel::kWarning,
+        path + ": " + std::to_string(repeated) + " images on " + topicOf(view.name, "image_raw") +
+            " have the stamp of an earlier one and are left out");
+  }
   index.images.swap(sorted);
 }
 

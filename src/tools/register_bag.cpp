@@ -4,8 +4,10 @@
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 
 #include "tools/common/bag_frames.h"
 #include "tools/common/command_line.h"
@@ -123,15 +125,29 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
   }
 }
 
+/// Poses of one stamp contradict each other in tf, so a stamp is registered once, as in the live node: a view that came
+/// late may make a second frame of it.
+FrameOutcome registered(const BagSession& session, const BagFrame& frame, std::set<ros::Time>* stamps,
+                        RegistrationPipeline* pipeline) {
+  if (frame.stamp.isZero() || stamps->insert(frame.stamp).second) {
+    return pipeline->process(frame.stamp.toSec(), rawViews(session, frame));
+  }
+  FrameOutcome outcome;
+  outcome.state = pipeline->state();
+  outcome.result.reason = "a frame with this stamp was already handled";
+  return outcome;
+}
+
 std::vector<FrameRecord> registerFrames(const Arguments& arguments, const BagSession& session,
                                         RegistrationPipeline* pipeline) {
   const auto targets = targetGrid(pipeline->centreCt(), arguments.target_size_mm);
   std::vector<FrameRecord> records;
+  std::set<ros::Time> stamps;
   ProgressBar progress("registering", session.frameCount());
   for (std::size_t i = 0; i < session.frameCount(); ++i) {
     const BagFrame frame = session.frame(i);
     FrameRecord record{frame.stamp, frame.received, {}, {}};
-    record.outcome = pipeline->process(frame.stamp.toSec(), rawViews(session, frame));
+    record.outcome = registered(session, frame, &stamps, pipeline);
     if (pipeline->state() == TrackingState::kFault) throw std::runtime_error("device failed: " + pipeline->fault());
     if (record.outcome.registered && frame.T_first_ct_true) {
       record.error = poseError(record.outcome.result.T_camera_ct, *frame.T_first_ct_true, targets);
@@ -144,13 +160,34 @@ std::vector<FrameRecord> registerFrames(const Arguments& arguments, const BagSes
   return records;
 }
 
-void copyInput(const std::string& input, rosbag::Bag* output) {
+/// A message of /tf without the poses of the CT that an earlier run wrote.
+tf2_msgs::TFMessage withoutResults(tf2_msgs::TFMessage message, const std::string& camera_frame,
+                                   const FrameParameters& frames) {
+  const std::string& parent = frames.invert_tf ? frames.ct : camera_frame;
+  const std::string& child = frames.invert_tf ? camera_frame : frames.ct;
+  const auto isResult = [&](const geometry_msgs::TransformStamped& transform) {
+    return transform.header.frame_id == parent && transform.child_frame_id == child;
+  };
+  auto& all = message.transforms;
+  all.erase(std::remove_if(all.begin(), all.end(), isResult), all.end());
+  return message;
+}
+
+/// Everything but the results of an earlier run, which are replaced.
+void copyInput(const std::string& input, const std::string& camera_frame, const FrameParameters& frames,
+               rosbag::Bag* output) {
   rosbag::Bag bag(input, rosbag::bagmode::Read);
   rosbag::View all(bag);
   for (const rosbag::MessageInstance& message : all) {
-    // Results of an earlier run are replaced.
     if (message.getTopic() == kPoseTopic || message.getTopic() == kStatusTopic) continue;
-    output->write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+    const auto transforms =
+        message.getTopic() == "/tf" ? message.instantiate<tf2_msgs::TFMessage>() : tf2_msgs::TFMessagePtr();
+    if (!transforms) {
+      output->write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+      continue;
+    }
+    const tf2_msgs::TFMessage kept = withoutResults(*transforms, camera_frame, frames);
+    if (!kept.transforms.empty()) output->write("/tf", message.getTime(), kept, message.getConnectionHeader());
   }
 }
 
@@ -167,8 +204,8 @@ void writeOutput(const Arguments& arguments, const BagSession& session, const st
                  const RegistrationPipeline& pipeline) {
   rosbag::Bag output(arguments.output, rosbag::bagmode::Write);
   output.setCompression(rosbag::compression::LZ4);
-  copyInput(arguments.bag, &output);
   const FrameParameters& frames = pipeline.parameters().frames;
+  copyInput(arguments.bag, session.views().front().frame_id, frames, &output);
   std::uint64_t registered = 0;
   std::uint64_t refused = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {

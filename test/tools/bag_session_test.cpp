@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "tools/common/bag_frames.h"
 #include "tools/common/session_messages.h"
 
 namespace xray_registration {
@@ -147,6 +148,48 @@ TEST_F(BagSessionTest, NotABag) {
   std::ofstream(path_) << "words";
   EXPECT_NE(refusal().find("cannot be read as a bag"), std::string::npos);
   EXPECT_NE(refusal().find(path_), std::string::npos);
+}
+
+TEST_F(BagSessionTest, BagThatWasNotClosed) {
+  const std::string open = path_ + ".active";
+  BagSessionWriter writer(open);
+  for (int i = 1; i <= 3; ++i) writeFrame(&writer, view("ap"), i, 1);
+  // What is on the disk before close() is what is there after a crash.
+  std::ofstream(path_, std::ios::binary) << std::ifstream(open, std::ios::binary).rdbuf();
+  writer.close();
+  std::remove(open.c_str());
+  EXPECT_NE(refusal().find("rosbag reindex " + path_), std::string::npos) << refusal();
+  EXPECT_THROW(readFirstPose(path_, "/ap/ground_truth"), BagSessionError);
+}
+
+TEST_F(BagSessionTest, OneImagePerStamp) {
+  BagSessionWriter writer(path_);
+  for (const std::uint16_t value : {1, 2}) {
+    for (const double stamp_s : {10.0, 11.0}) writeFrame(&writer, view("ap"), stamp_s, value);
+  }
+  writer.close();
+  std::string said;
+  const BagSession session(path_, {}, [&said](LogLevel, const std::string& text) { said += text + '\n'; });
+  ASSERT_EQ(session.frameCount(), 2U);
+  EXPECT_EQ(session.frame(0).views[0].image->data[0], 1);
+  EXPECT_EQ(session.frame(1).stamp, ros::Time(11.0));
+  EXPECT_NE(said.find("2 images on /ap/image_raw have the stamp of an earlier one"), std::string::npos) << said;
+}
+
+TEST_F(BagSessionTest, ImagesWithoutAStampAreRefusedOneByOne) {
+  rosbag::Bag bag(path_, rosbag::bagmode::Write);
+  for (const double received_s : {5.0, 6.0}) {
+    bag.write("/ap/image_raw", ros::Time(received_s), imageMessage(Image<std::uint16_t>(4, 3), "ap", ros::Time()));
+    bag.write("/ap/camera_info", ros::Time(received_s), cameraInfoMessage(kCamera, "ap", ros::Time()));
+  }
+  bag.close();
+  const BagSession session(path_);
+  ASSERT_EQ(session.frameCount(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto views = tools::rawViews(session, session.frame(i));
+    EXPECT_FALSE(views.at(0).image);
+    EXPECT_EQ(views.at(0).problem, "the image has no stamp (it is zero)");
+  }
 }
 
 TEST_F(BagSessionTest, FirstPose) {

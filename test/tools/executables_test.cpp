@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <sensor_msgs/Image.h>
 #include <sys/wait.h>
+#include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 #include <xray_registration/RegistrationStatus.h>
 
@@ -12,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "tools/common/pose_json.h"
 #include "xray_registration/common/statistics.h"
@@ -244,6 +247,64 @@ TEST_F(ExecutablesTest, SessionThereAndBack) {
   EXPECT_EQ(count("/xray_registration/status"), 4U);
   EXPECT_EQ(count("/xray_registration/pose"), accepted);
   EXPECT_EQ(count("/tf"), accepted);
+}
+
+std::vector<ros::Time> stampsOfCt(const std::string& path) {
+  rosbag::Bag bag(path);
+  std::vector<ros::Time> stamps;
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery("/tf"))) {
+    const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
+    for (const auto& transform : transforms->transforms) {
+      if (transform.child_frame_id == "ct") stamps.push_back(transform.header.stamp);
+    }
+  }
+  return stamps;
+}
+
+/// All messages of a session `times` times over, or with the images' stamps taken away.
+void copySession(const std::string& from, const std::string& to, int times, bool stamped) {
+  rosbag::Bag input(from);
+  rosbag::Bag output(to, rosbag::bagmode::Write);
+  for (int i = 0; i < times; ++i) {
+    for (const rosbag::MessageInstance& message : rosbag::View(input)) {
+      const auto image = message.instantiate<sensor_msgs::Image>();
+      if (image && !stamped) image->header.stamp = ros::Time();
+      image ? output.write(message.getTopic(), message.getTime(), *image)
+            : output.write(message.getTopic(), message.getTime(), message);
+    }
+  }
+}
+
+TEST_F(ExecutablesTest, OneTransformPerStamp) {
+  copySession(tools().path("session.bag"), tools().path("twice.bag"), 2, true);
+  const std::string common = "register_bag --ct head.nii.gz --initial-pose-topic /lateral/ground_truth ";
+  const Outcome outcome = tools().run(common + "--bag twice.bag --output once.bag --json once.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  EXPECT_NE(outcome.error.find("4 images on /lateral/image_raw have the stamp of an earlier one"), std::string::npos)
+      << outcome.error;
+  EXPECT_EQ(nlohmann::json::parse(contents(tools().path("once.json")))["frames"].size(), 4U);
+  const auto stamps = stampsOfCt(tools().path("once.bag"));
+  EXPECT_GE(stamps.size(), 3U);
+  EXPECT_EQ(std::set<ros::Time>(stamps.begin(), stamps.end()).size(), stamps.size());
+
+  // The results of an earlier run are replaced, those in tf too.
+  ASSERT_EQ(tools().run(common + "--bag once.bag --output again.bag").code, 0);
+  EXPECT_EQ(stampsOfCt(tools().path("again.bag")), stamps);
+}
+
+TEST_F(ExecutablesTest, ImagesWithoutAStampAreRefused) {
+  copySession(tools().path("session.bag"), tools().path("unstamped.bag"), 1, false);
+  const Outcome outcome = tools().run(
+      "register_bag --ct head.nii.gz --initial-pose-topic /lateral/ground_truth --bag unstamped.bag "
+      "--output refused.bag --json refused.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  const auto frames = nlohmann::json::parse(contents(tools().path("refused.json")))["frames"];
+  ASSERT_EQ(frames.size(), 4U);
+  for (const auto& frame : frames) {
+    EXPECT_FALSE(frame["accepted"].get<bool>());
+    EXPECT_NE(frame["reason"].get<std::string>().find("has no stamp"), std::string::npos) << frame["reason"];
+  }
+  EXPECT_TRUE(stampsOfCt(tools().path("refused.bag")).empty());
 }
 
 TEST_F(ExecutablesTest, SameInputSamePoses) {

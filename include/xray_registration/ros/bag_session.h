@@ -49,12 +49,13 @@ struct BagSessionOptions {
   double tolerance_s = 0.02;       ///< Largest difference of stamps between the views of one frame.
 };
 
-/// A recorded session: X-rays of one or several views, grouped into frames by their stamps. Images are read from the
-/// file when their frame is asked for. Not thread-safe.
+/// A recorded session: X-rays of one or several views, grouped into frames by their stamps. Of several images of a view
+/// with one stamp the first recorded one counts. Images are read from the file when their frame is asked for. Not
+/// thread-safe.
 class BagSession {
  public:
-  /// @throws BagSessionError when the file is not a bag, has no images of a view, images without camera_info, or
-  /// several views whose relative pose /tf_static does not give.
+  /// @throws BagSessionError when the file is not a bag or was not closed, has no images of a view, images without
+  /// camera_info, or several views whose relative pose /tf_static does not give.
   explicit BagSession(const std::string& path, const BagSessionOptions& options = {}, const Logger& logger = {});
   ~BagSession();
   BagSession(const BagSession&) = delete;

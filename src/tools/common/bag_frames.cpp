@@ -20,6 +20,8 @@ std::vector<RawView> rawViews(const BagSession& session, const BagFrame& frame) 
     view.T_view_first = session.views()[i].T_view_first;
     if (!data.image) {
       view.problem = "has no image";
+    } else if (data.image->header.stamp.isZero()) {
+      view.problem = "the image has no stamp (it is zero)";
     } else if (!data.camera_info) {
       view.problem = "has no camera_info with the stamp of the image";
     } else {
