@@ -37,8 +37,10 @@ file(GLOB opencv_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image
 list(REMOVE_ITEM image_sources ${opencv_sources})
 xray_room(image SOURCES ${image_sources} ROOMS geometry LIBRARIES Eigen3::Eigen)
 
-xray_glob(drr_sources drr)
-file(GLOB kernels CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/drr/kernels/*.cl)
+# The device's side and the paper's method have folders of their own, with their kernels.
+file(GLOB drr_sources CONFIGURE_DEPENDS
+     ${CMAKE_CURRENT_SOURCE_DIR}/src/drr/*.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/drr/*/*.cpp)
+file(GLOB kernels CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/drr/*/kernels/*.cl)
 xray_room(drr SOURCES ${drr_sources} ROOMS volume image LIBRARIES Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 xray_embed_kernels(xray_registration_drr ${kernels})
 

@@ -8,11 +8,11 @@ function(xray_test_limits test seconds)
   set_tests_properties(${test} PROPERTIES ENVIRONMENT "POCL_CACHE_DIR=${cache}" TIMEOUT ${seconds})
 endfunction()
 
-# xray_test(<room> <name>): test/<room>/<name>_test.cpp against the room and those below it. Named test_<room>_<name>.
-function(xray_test room name)
+# xray_test(<room> <name> <file>): one test's file against the room and those below it. Named test_<room>_<name>.
+function(xray_test room name file)
   cmake_parse_arguments(TEST "" "" "ROOMS" ${ARGN})
   set(target test_${room}_${name})
-  add_executable(${target} ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/${name}_test.cpp)
+  add_executable(${target} ${file})
   target_link_libraries(${target} PRIVATE xray_registration_warnings)
   target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_SOURCE="${CMAKE_CURRENT_SOURCE_DIR}")
@@ -22,9 +22,10 @@ function(xray_test room name)
   xray_test_limits(${room}.${name} 300)
 endfunction()
 
-# Tests mirror src/: each file test/<room>/<name>_test.cpp is one.
+# Tests mirror src/: each file test/<room>/<name>_test.cpp is one, in the room's folders as well.
 function(xray_tests_of room)
-  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/*_test.cpp)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/*_test.cpp
+       ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/*/*_test.cpp)
   foreach(file IN LISTS files)
     get_filename_component(name ${file} NAME_WE)
     string(REGEX REPLACE "_test$" "" name ${name})
@@ -35,7 +36,7 @@ function(xray_tests_of room)
     if(name IN_LIST XRAY_FULL_CORE_TESTS)
       list(APPEND rooms volume_itk image_opencv)
     endif()
-    xray_test(${room} ${name} ROOMS ${rooms})
+    xray_test(${room} ${name} ${file} ROOMS ${rooms})
   endforeach()
 endfunction()
 

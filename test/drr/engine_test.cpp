@@ -178,7 +178,7 @@ TEST_F(EngineTest, SplittingRaysChangesOnlyRounding) {
 
 // --- Objective ------------------------------------------------------------------------------------------------------
 
-/// The objective of fast.cl's windows in plain double, from rendered images.
+/// The objective of windows.cl in plain double, from rendered images.
 double referenceObjective(const FloatImage& drr, const FloatImage& xray, const FloatImage& weight,
                           const WindowOptions& options) {
   const int tiles_x = (drr.width + 7) / 8;

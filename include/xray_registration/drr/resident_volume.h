@@ -10,7 +10,7 @@
 
 namespace xray_registration {
 
-/// The kernels' view of one level's box of voxels; mirrored in fast.cl.
+/// The kernels' view of one level's box of voxels; geometry.cl's Grid.
 struct DeviceGrid {
   cl_int size[3];
   cl_int bricks[3];

@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "xray_registration/drr/paper_engine.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 #include "xray_registration/geometry/rigid_transform.h"
 #include "xray_registration/geometry/xray_camera.h"
 

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "xray_registration/drr/paper_engine.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 #include "xray_registration/registration/paper_method.h"
 #include "xray_registration/registration/registrar.h"
 #include "xray_registration/registration/registrar_options.h"

@@ -4,19 +4,19 @@
 #include <string>
 #include <vector>
 
-#include "drr/pose_parameters.h"
+#include "xray_registration/drr/opencl/fast_program.h"
+#include "xray_registration/drr/opencl/launch.h"
+#include "xray_registration/drr/opencl/pose_parameters.h"
 
 namespace xray_registration::kernels {
-extern const char* const fast;
 extern const char* const ceiling;
 }  // namespace xray_registration::kernels
 
 namespace xray_registration::tools {
 namespace {
 
-// Mirrors of fast.cl.
-constexpr int kTile = 8;
-constexpr int kRays = 64;
+using layout::kRays;
+using layout::kTile;
 constexpr std::size_t kCopyGroup = 64;
 
 double eventMs(const cl::Event& event) {
@@ -28,11 +28,9 @@ double eventMs(const cl::Event& event) {
 }  // namespace
 
 MarchProbe::MarchProbe(std::shared_ptr<Device> device) : device_(std::move(device)) {
-  const int lanes = device_->isGpu() ? 1 : kRays;
-  items_per_tile_ = static_cast<std::size_t>(kRays / lanes);
-  program_ =
-      device_->build(std::string(kernels::fast) + kernels::ceiling,
-                     "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DSPLIT=1 -DLANES=" + std::to_string(lanes));
+  const MarchShape shape{device_->isGpu() ? 1 : kRays, 1};
+  items_per_tile_ = shape.itemsPerTile();
+  program_ = device_->build(fastSource() + kernels::ceiling, fastOptions(shape));
   plan_ = cl::Kernel(program_, "plan");
   loads_only_ = cl::Kernel(program_, "loads_only");
   copy_ = cl::Kernel(program_, "copy");
@@ -53,14 +51,8 @@ void MarchProbe::plan(const ResidentLevel& level, const XrayCamera& camera, cons
   queue.enqueueWriteBuffer(used_tiles, CL_TRUE, 0, sizeof(cl_int) * tiles, used.data());
   plans_ = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(cl_int4) * tiles);
   out_ = cl::Buffer(device_->context(), CL_MEM_WRITE_ONLY, sizeof(cl_uint) * kRays * tiles);
-  plan_.setArg(0, level.occupancy);
-  plan_.setArg(1, level.grid);
-  plan_.setArg(2, poses_);
-  plan_.setArg(3, tiles_x_);
-  plan_.setArg(4, tiles_);
-  plan_.setArg(5, used_tiles);
-  plan_.setArg(6, plans_);
-  queue.enqueueNDRangeKernel(plan_, cl::NullRange, cl::NDRange(tiles * items_per_tile_), cl::NDRange(items_per_tile_));
+  launch(queue, &plan_, groupsOf(items_per_tile_, tiles), level.occupancy, level.grid, poses_, tiles_x_, tiles_,
+         used_tiles, plans_);
   queue.finish();
   countSamples(camera);
 }
@@ -81,17 +73,9 @@ void MarchProbe::countSamples(const XrayCamera& camera) {
 }
 
 double MarchProbe::loadsOnlyMs() {
-  loads_only_.setArg(0, level_->words);
-  loads_only_.setArg(1, level_->grid);
-  loads_only_.setArg(2, poses_);
-  loads_only_.setArg(3, plans_);
-  loads_only_.setArg(4, tiles_x_);
-  loads_only_.setArg(5, tiles_);
-  loads_only_.setArg(6, out_);
   cl::Event event;
-  device_->solveQueue().enqueueNDRangeKernel(loads_only_, cl::NullRange,
-                                             cl::NDRange(static_cast<std::size_t>(tiles_) * items_per_tile_),
-                                             cl::NDRange(items_per_tile_), nullptr, &event);
+  launch(device_->solveQueue(), &loads_only_, groupsOf(items_per_tile_, static_cast<std::size_t>(tiles_), &event),
+         level_->words, level_->grid, poses_, plans_, tiles_x_, tiles_, out_);
   return eventMs(event);
 }
 
@@ -105,12 +89,10 @@ double MarchProbe::copyBytesPerSecond(std::size_t bytes) {
   queue.enqueueFillBuffer(from, 1.0F, 0, size);
   queue.enqueueFillBuffer(to, 1.0F, 0, size);
   queue.finish();
-  copy_.setArg(0, from);
-  copy_.setArg(1, to);
   double best_ms = 0.0;
   for (int run = 0; run < 5; ++run) {
     cl::Event event;
-    queue.enqueueNDRangeKernel(copy_, cl::NullRange, cl::NDRange(items), cl::NDRange(kCopyGroup), nullptr, &event);
+    launch(queue, &copy_, groupsOf(kCopyGroup, items / kCopyGroup, &event), from, to);
     const double ms = eventMs(event);
     if (run == 0 || ms < best_ms) best_ms = ms;
   }

@@ -9,7 +9,7 @@
 
 namespace xray_registration::tools {
 
-/// What the engine's march has to do for one image, and how fast the device could do it at best. Runs fast.cl's own
+/// What the engine's march has to do for one image, and how fast the device could do it at best. Runs the engine's own
 /// plan, and kernels of its own on the same rays (kernels/ceiling.cl). Not thread-safe.
 class MarchProbe {
  public:

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "tools/benchmark/scenes.h"
-#include "xray_registration/drr/paper_engine.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/registration/fast_registrar.h"
 #include "xray_registration/registration/paper_method.h"

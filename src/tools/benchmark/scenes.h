@@ -1,6 +1,6 @@
 #pragma once
 
-#include "xray_registration/drr/paper_rays.h"
+#include "xray_registration/drr/paper/paper_rays.h"
 #include "xray_registration/volume/attenuation.h"
 
 namespace xray_registration::tools {

@@ -6,7 +6,7 @@
 #include "tools/benchmark/scenes.h"
 #include "tools/common/progress_bar.h"
 #include "xray_registration/drr/engine.h"
-#include "xray_registration/drr/paper_engine.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 #include "xray_registration/registration/paper_method.h"
 
 namespace xray_registration::tools {

@@ -1,5 +1,5 @@
-// What the march could reach at best. Compiled behind fast.cl's text: the rays, the plan, the positions and the loop
-// are fast.cl's own, so the access pattern stays the same when that one changes.
+// What the march could reach at best. Compiled behind the engine's own kernels: rays, plan, positions and loop are
+// march.cl's, so the access pattern stays the same when that one changes.
 
 #undef LOAD_SUMS
 #undef STORE_SUMS

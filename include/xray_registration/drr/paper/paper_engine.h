@@ -7,7 +7,7 @@
 
 #include "xray_registration/common/log.h"
 #include "xray_registration/drr/device.h"
-#include "xray_registration/drr/paper_rays.h"
+#include "xray_registration/drr/paper/paper_rays.h"
 #include "xray_registration/image/image.h"
 #include "xray_registration/volume/attenuation.h"
 

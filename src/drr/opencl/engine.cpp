@@ -4,24 +4,19 @@
 #include <cmath>
 #include <numeric>
 
-#include "drr/pose_parameters.h"
+#include "xray_registration/drr/opencl/fast_program.h"
+#include "xray_registration/drr/opencl/launch.h"
+#include "xray_registration/drr/opencl/layout.h"
+#include "xray_registration/drr/opencl/pose_parameters.h"
 
 namespace xray_registration {
-
-namespace kernels {
-extern const char* const fast;
-}
-
 namespace {
 
-// Mirrors of fast.cl.
-constexpr int kTile = 8;
-constexpr int kRays = 64;
-constexpr int kSumStride = 48;
-constexpr int kTerms = 56;
+using layout::kRays;
+using layout::kTerms;
+using layout::kTile;
 
 constexpr int kSmallestSide = 32;    ///< Of the coarsest X-ray level, pixels.
-constexpr int kMapStep = 4;          ///< Pixels between the points of the map of unexplained tissue.
 constexpr double kMapVoxelMm = 5.0;  ///< Voxel size that is fine enough for that map.
 
 /// The cut faces that the view sees from the side. What goes on behind a face that is seen from the front lies over the
@@ -37,10 +32,7 @@ cl_int sideFaces(const ResidentLevel& level, const XrayCamera& camera, const Rig
   return faces;
 }
 
-/// The global size, padded: PoCL refuses groups that are not full.
-cl::NDRange paddedRange(int items) {
-  return cl::NDRange(static_cast<std::size_t>((items + kRays - 1) / kRays * kRays));
-}
+LaunchRange perItem(int items) { return atLeast(static_cast<std::size_t>(items), kRays); }
 
 int tilesFor(int pixels) { return (pixels + kTile - 1) / kTile; }
 
@@ -77,23 +69,23 @@ auto guarded(const Device& device, const char* what, Work&& work) -> decltype(wo
 
 StepSums stepSums(const double* terms) {
   StepSums sums;
-  int term = 0;
+  int pair = 0;
   for (int i = 0; i < 6; ++i) {
     for (int j = i; j < 6; ++j) {
-      sums.matrix(i, j) = terms[term];
-      sums.matrix(j, i) = terms[term];
-      sums.scatter(i, j) = terms[32 + term];
-      sums.scatter(j, i) = terms[32 + term];
-      ++term;
+      sums.matrix(i, j) = terms[layout::kTermMatrix + pair];
+      sums.matrix(j, i) = terms[layout::kTermMatrix + pair];
+      sums.scatter(i, j) = terms[layout::kTermScatter + pair];
+      sums.scatter(j, i) = terms[layout::kTermScatter + pair];
+      ++pair;
     }
   }
-  for (int i = 0; i < 6; ++i) sums.gradient[i] = terms[21 + i];
-  sums.cost = terms[27];
-  sums.weight = terms[28];
-  sums.content = terms[31];
+  for (int i = 0; i < 6; ++i) sums.gradient[i] = terms[layout::kTermGradient + i];
+  sums.cost = terms[layout::kTermCost];
+  sums.weight = terms[layout::kTermWeight];
+  sums.content = terms[layout::kTermContent];
   if (sums.content > 0.0) {
-    sums.similarity = terms[29] / sums.content;
-    sums.inlier_fraction = terms[30] / sums.content;
+    sums.similarity = terms[layout::kTermSimilarity] / sums.content;
+    sums.inlier_fraction = terms[layout::kTermInliers] / sums.content;
   }
   return sums;
 }
@@ -115,10 +107,9 @@ Engine::Kernels& Engine::kernels(int split) {
   if (found != kernels_.end()) return found->second;
   return guarded(*device_, "compiling the kernels", [&]() -> Kernels& {
     Kernels k;
-    const int lanes = lanesFor(split);
-    k.items_per_tile = static_cast<std::size_t>(kRays / lanes) * static_cast<std::size_t>(split);
-    k.program = device_->build(kernels::fast, "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DLANES=" +
-                                                  std::to_string(lanes) + " -DSPLIT=" + std::to_string(split));
+    const MarchShape shape{lanesFor(split), split};
+    k.items_per_tile = shape.itemsPerTile();
+    k.program = device_->build(fastSource(), fastOptions(shape));
     k.plan = cl::Kernel(k.program, "plan");
     k.render = cl::Kernel(k.program, "render");
     k.render_derivatives = cl::Kernel(k.program, "render_derivatives");
@@ -173,16 +164,8 @@ ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera, const cl::Buf
 }
 
 void Engine::markUsedTiles(ResidentXray::Level* level) {
-  cl::Kernel& kernel = kernels(1).used_tiles;
-  kernel.setArg(0, level->attenuation);
-  kernel.setArg(1, level->weight);
-  kernel.setArg(2, level->camera.width);
-  kernel.setArg(3, level->camera.height);
-  kernel.setArg(4, level->tiles_x);
-  kernel.setArg(5, level->tiles());
-  kernel.setArg(6, level->used_tiles);
-  kernel.setArg(7, level->contrast);
-  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, paddedRange(level->tiles()), cl::NDRange(kRays));
+  launch(device_->solveQueue(), &kernels(1).used_tiles, perItem(level->tiles()), level->attenuation, level->weight,
+         level->camera.width, level->camera.height, level->tiles_x, level->tiles(), level->used_tiles, level->contrast);
 }
 
 void Engine::keepContrastTiles(ResidentXray::Level* level, double part) {
@@ -200,17 +183,10 @@ void Engine::keepContrastTiles(ResidentXray::Level* level, double part) {
 }
 
 void Engine::halve(const ResidentXray::Level& fine, ResidentXray::Level* half) {
-  cl::Kernel& kernel = kernels(1).halve_xray;
-  kernel.setArg(0, fine.attenuation);
-  kernel.setArg(1, fine.weight);
-  kernel.setArg(2, fine.camera.width);
-  kernel.setArg(3, fine.camera.height);
-  kernel.setArg(4, half->camera.width);
-  kernel.setArg(5, half->camera.height);
-  kernel.setArg(6, half->attenuation);
-  kernel.setArg(7, half->weight);
-  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange,
-                                             paddedRange(half->camera.width * half->camera.height), cl::NDRange(kRays));
+  const int width = half->camera.width;
+  const int height = half->camera.height;
+  launch(device_->solveQueue(), &kernels(1).halve_xray, perItem(width * height), fine.attenuation, fine.weight,
+         fine.camera.width, fine.camera.height, width, height, half->attenuation, half->weight);
 }
 
 void Engine::halveAll(ResidentXray* xray) {
@@ -239,36 +215,20 @@ double Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_came
       restoreWeights(xray);
       return 1.0;
     }
-    const int map_width = camera.width / kMapStep + 2;
-    const int map_height = camera.height / kMapStep + 2;
+    const int map_width = camera.width / layout::kMapStep + 2;
+    const int map_height = camera.height / layout::kMapStep + 2;
     const float radius =
         0.6F * std::sqrt(static_cast<float>(ct.grid.size[0] * ct.grid.size[0] + ct.grid.size[1] * ct.grid.size[1] +
                                             ct.grid.size[2] * ct.grid.size[2]));
     uploadPoses(ct, camera, {T_camera_ct});
-    cl::Kernel& map = kernels(1).unexplained;
-    map.setArg(0, ct.words);
-    map.setArg(1, ct.grid);
-    map.setArg(2, poses_.buffer);
-    map.setArg(3, map_width);
-    map.setArg(4, map_height);
-    map.setArg(5, static_cast<float>(kMapStep));
-    map.setArg(6, cut_faces);
-    map.setArg(7, radius);
-    map.setArg(8, static_cast<float>(limit));
-    map.setArg(9, scratch(&map_, sizeof(float) * static_cast<std::size_t>(map_width * map_height)));
-    queue.enqueueNDRangeKernel(map, cl::NullRange, paddedRange(map_width * map_height), cl::NDRange(kRays));
-    cl::Kernel& apply = kernels(1).apply_map;
-    apply.setArg(0, xray->mask);
-    apply.setArg(1, map_.buffer);
-    apply.setArg(2, camera.width);
-    apply.setArg(3, camera.height);
-    apply.setArg(4, map_width);
-    apply.setArg(5, map_height);
-    apply.setArg(6, static_cast<float>(kMapStep));
-    apply.setArg(7, xray->levels.front().weight);
-    queue.enqueueNDRangeKernel(apply, cl::NullRange, paddedRange(camera.width * camera.height), cl::NDRange(kRays));
+    const int points = map_width * map_height;
+    launch(queue, &kernels(1).unexplained, perItem(points), ct.words, ct.grid, poses_.buffer, map_width, map_height,
+           cut_faces, radius, static_cast<float>(limit),
+           scratch(&map_, sizeof(float) * static_cast<std::size_t>(points)));
+    launch(queue, &kernels(1).apply_map, perItem(camera.width * camera.height), xray->mask, map_.buffer, camera.width,
+           camera.height, map_width, map_height, xray->levels.front().weight);
     halveAll(xray);
-    std::vector<float> factors(static_cast<std::size_t>(map_width * map_height));
+    std::vector<float> factors(static_cast<std::size_t>(points));
     queue.enqueueReadBuffer(map_.buffer, CL_TRUE, 0, sizeof(float) * factors.size(), factors.data());
     return std::accumulate(factors.begin(), factors.end(), 0.0) / static_cast<double>(factors.size());
   });
@@ -296,11 +256,11 @@ ResidentXray Engine::upload(const XrayCamera& camera, const FloatImage& attenuat
 
 void Engine::uploadPoses(const ResidentLevel& level, const XrayCamera& camera,
                          const std::vector<RigidTransform>& poses) {
-  pose_staging_.resize(poses.size() * kPoseStride);
+  pose_staging_.resize(poses.size() * layout::kPoseStride);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const PoseParameters parameters = poseParameters(level, camera, poses[i], poses[i] * volume_->centreCt());
     std::copy(parameters.begin(), parameters.end(),
-              pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * kPoseStride));
+              pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * layout::kPoseStride));
   }
   device_->solveQueue().enqueueWriteBuffer(scratch(&poses_, sizeof(float) * pose_staging_.size()), CL_FALSE, 0,
                                            sizeof(float) * pose_staging_.size(), pose_staging_.data());
@@ -319,16 +279,8 @@ const cl::Buffer& Engine::allTiles(int tiles) {
 void Engine::planTiles(Kernels* k, const ResidentLevel& level, int tiles_x, int tiles, int poses,
                        const cl::Buffer& used_tiles) {
   const std::size_t groups = static_cast<std::size_t>(tiles) * static_cast<std::size_t>(poses);
-  cl::Kernel& kernel = k->plan;
-  kernel.setArg(0, level.occupancy);
-  kernel.setArg(1, level.grid);
-  kernel.setArg(2, poses_.buffer);
-  kernel.setArg(3, tiles_x);
-  kernel.setArg(4, tiles);
-  kernel.setArg(5, used_tiles);
-  kernel.setArg(6, scratch(&plans_, groups * sizeof(cl_int4)));
-  device_->solveQueue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * k->items_per_tile),
-                                             cl::NDRange(k->items_per_tile), nullptr, &plan_event_);
+  launch(device_->solveQueue(), &k->plan, groupsOf(k->items_per_tile, groups, &plan_event_), level.occupancy,
+         level.grid, poses_.buffer, tiles_x, tiles, used_tiles, scratch(&plans_, groups * sizeof(cl_int4)));
 }
 
 std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volume_level,
@@ -344,20 +296,9 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
 
     uploadPoses(ct, xray.camera, T_camera_ct);
     planTiles(&kernels(1), ct, xray.tiles_x, tiles, poses, xray.used_tiles);
-    k.tile_sums.setArg(0, ct.words);
-    k.tile_sums.setArg(1, ct.grid);
-    k.tile_sums.setArg(2, poses_.buffer);
-    k.tile_sums.setArg(3, plans_.buffer);
-    k.tile_sums.setArg(4, xray.tiles_x);
-    k.tile_sums.setArg(5, tiles);
-    k.tile_sums.setArg(6, xray.camera.width);
-    k.tile_sums.setArg(7, xray.camera.height);
-    k.tile_sums.setArg(8, xray.attenuation);
-    k.tile_sums.setArg(9, xray.weight);
-    k.tile_sums.setArg(10, scratch(&sums_, groups * kSumStride * sizeof(float)));
-    const std::size_t group_size = k.items_per_tile;
-    queue.enqueueNDRangeKernel(k.tile_sums, cl::NullRange, cl::NDRange(groups * group_size), cl::NDRange(group_size),
-                               nullptr, &march_event_);
+    launch(queue, &k.tile_sums, groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.buffer,
+           plans_.buffer, xray.tiles_x, tiles, xray.camera.width, xray.camera.height, xray.attenuation, xray.weight,
+           scratch(&sums_, groups * layout::kSumStride * sizeof(float)));
 
     // A window never has more tiles than the image; span 0 is one window of everything.
     const int span_x = options.span == 0 ? xray.tiles_x : std::min(options.span, xray.tiles_x);
@@ -367,27 +308,17 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
     const int window_groups = (windows_x * windows_y + kRays - 1) / kRays;
     last_windows_ = windows_x * windows_y;
     const std::size_t term_count = static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kTerms;
-    cl::Kernel& w = kernels(1).windows;
-    w.setArg(0, sums_.buffer);
-    w.setArg(1, xray.tiles_x);
-    w.setArg(2, xray.tiles_y);
-    w.setArg(3, span_x);
-    w.setArg(4, span_y);
-    w.setArg(5, windows_x);
-    w.setArg(6, windows_y);
-    w.setArg(7, window_groups);
-    w.setArg(8, static_cast<float>(options.epsilon_value * options.epsilon_value));
-    w.setArg(9, static_cast<float>(options.epsilon_xray * options.epsilon_xray));
-    w.setArg(10, static_cast<float>(options.robust_scale2));
-    w.setArg(11, static_cast<float>(options.contrast * options.contrast));
+    const auto square = [](double value) { return static_cast<float>(value * value); };
     // A window with less than a quarter of its pixels has no reliable mean.
-    w.setArg(12, options.span == 0 ? 64.0F : 0.25F * static_cast<float>(span_x * span_y * kTile * kTile));
-    w.setArg(13, scratch(&correlations_,
-                         sizeof(float) * static_cast<std::size_t>(last_windows_) * static_cast<std::size_t>(poses)));
-    w.setArg(14, scratch(&terms_, sizeof(float) * term_count));
-    const std::size_t window_items = static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kRays;
-    queue.enqueueNDRangeKernel(w, cl::NullRange, cl::NDRange(window_items), cl::NDRange(kRays), nullptr,
-                               &windows_event_);
+    const float min_weight = options.span == 0 ? 64.0F : 0.25F * static_cast<float>(span_x * span_y * kTile * kTile);
+    const std::size_t correlation_bytes =
+        sizeof(float) * static_cast<std::size_t>(last_windows_) * static_cast<std::size_t>(poses);
+    launch(queue, &kernels(1).windows,
+           groupsOf(kRays, static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses), &windows_event_),
+           sums_.buffer, xray.tiles_x, xray.tiles_y, span_x, span_y, windows_x, windows_y, window_groups,
+           square(options.epsilon_value), square(options.epsilon_xray), static_cast<float>(options.robust_scale2),
+           square(options.contrast), min_weight, scratch(&correlations_, correlation_bytes),
+           scratch(&terms_, sizeof(float) * term_count));
 
     terms_staging_.resize(term_count);
     queue.enqueueReadBuffer(terms_.buffer, CL_TRUE, 0, sizeof(float) * term_count, terms_staging_.data());
@@ -437,18 +368,9 @@ std::vector<FloatImage> Engine::renderImages(cl::Kernel Kernels::*kernel, std::s
     planTiles(&kernels(1), ct, tiles_x, tiles, 1, all_tiles);
     std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
     const std::size_t bytes = sizeof(float) * images.front().pixels.size();
-    cl::Kernel& march = k.*kernel;
-    march.setArg(0, ct.words);
-    march.setArg(1, ct.grid);
-    march.setArg(2, poses_.buffer);
-    march.setArg(3, plans_.buffer);
-    march.setArg(4, tiles_x);
-    march.setArg(5, tiles);
-    march.setArg(6, camera.width);
-    march.setArg(7, camera.height);
-    march.setArg(8, scratch(&image_, count * bytes));
-    queue.enqueueNDRangeKernel(march, cl::NullRange, cl::NDRange(static_cast<std::size_t>(tiles) * k.items_per_tile),
-                               cl::NDRange(k.items_per_tile), nullptr, &march_event_);
+    launch(queue, &(k.*kernel), groupsOf(k.items_per_tile, static_cast<std::size_t>(tiles), &march_event_), ct.words,
+           ct.grid, poses_.buffer, plans_.buffer, tiles_x, tiles, camera.width, camera.height,
+           scratch(&image_, count * bytes));
     for (std::size_t i = 0; i < count; ++i) {
       queue.enqueueReadBuffer(image_.buffer, CL_TRUE, i * bytes, bytes, images[i].pixels.data());
     }

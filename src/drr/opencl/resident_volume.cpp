@@ -4,13 +4,14 @@
 #include <cmath>
 #include <string>
 
+#include "xray_registration/drr/opencl/layout.h"
 #include "xray_registration/volume/volume_pyramid.h"
 
 namespace xray_registration {
 namespace {
 
-constexpr int kPadding = 2;  ///< Layers of air around the box; fast.cl's clamp relies on two.
-constexpr int kBrick = 8;
+using layout::kBrick;
+using layout::kPadding;
 
 struct Box {
   Eigen::Vector3i low;

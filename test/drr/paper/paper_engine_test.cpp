@@ -1,4 +1,4 @@
-#include "xray_registration/drr/paper_engine.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 
 #include <gtest/gtest.h>
 

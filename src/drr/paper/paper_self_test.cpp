@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "xray_registration/drr/paper_engine.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 #include "xray_registration/drr/self_test.h"
 
 namespace xray_registration {

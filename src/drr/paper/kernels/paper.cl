@@ -84,9 +84,8 @@ __kernel void paper_weigh(__global const float* restrict images, __global const 
 }
 
 // Products of z = [six forward differences, f, 1, g − f], upper triangle row by row: 45 sums per work-group. Each
-// work-item walks its own fixed pixels and the tree is fixed, so the same input gives the same bits.
-#define PAPER_GROUP 64
-#define PAPER_SUMS 45
+// work-item walks its own fixed pixels and the tree is fixed, so the same input gives the same bits. PAPER_GROUP and
+// PAPER_SUMS come from the host by -D.
 __kernel __attribute__((reqd_work_group_size(PAPER_GROUP, 1, 1))) void paper_moments(
     __global const float* restrict images, __global const float* restrict target,
     __global const float* restrict weights, const float8 inverse_steps, const int pixels,

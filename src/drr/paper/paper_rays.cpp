@@ -1,4 +1,4 @@
-#include "xray_registration/drr/paper_rays.h"
+#include "xray_registration/drr/paper/paper_rays.h"
 
 #include <algorithm>
 

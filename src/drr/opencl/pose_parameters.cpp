@@ -1,17 +1,7 @@
-#include "drr/pose_parameters.h"
+#include "xray_registration/drr/opencl/pose_parameters.h"
 
 namespace xray_registration {
 namespace {
-
-// Offsets; fast.cl has the same.
-constexpr int kDirection = 0;
-constexpr int kCross = 9;
-constexpr int kRotation = 18;
-constexpr int kSource = 27;
-constexpr int kSourceDerivative = 30;
-constexpr int kScale = 48;
-constexpr int kIntrinsics = 49;
-constexpr int kMiddle = 53;
 
 void store(const Eigen::Matrix3d& matrix, int offset, PoseParameters* parameters) {
   for (int row = 0; row < 3; ++row) {
@@ -47,24 +37,24 @@ PoseParameters poseParameters(const ResidentLevel& level, const XrayCamera& came
   Eigen::Matrix3d cross;
   for (int column = 0; column < 3; ++column) cross.col(column) = source.cross(direction.col(column));
 
-  store(direction, kDirection, &parameters);
-  store(cross, kCross, &parameters);
-  store(G, kRotation, &parameters);
-  store(source, kSource, &parameters);
+  store(direction, layout::kPoseDirection, &parameters);
+  store(cross, layout::kPoseCross, &parameters);
+  store(G, layout::kPoseRotation, &parameters);
+  store(source, layout::kPoseSource, &parameters);
   // Source in the CT frame: -R'ᵀ t' with R' = exp(ω) R, t' = exp(ω)(t - c) + c + v. At zero its derivative is
   // Rᵀ(e_i × c) by ω_i and -Rᵀ e_i by v_i.
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d axis = Eigen::Vector3d::Unit(i);
-    store(Eigen::Vector3d(-G * axis), kSourceDerivative + 3 * i, &parameters);
-    store(Eigen::Vector3d(G * axis.cross(centre_camera_mm)), kSourceDerivative + 9 + 3 * i, &parameters);
+    store(Eigen::Vector3d(-G * axis), layout::kPoseSourceDerivative + 3 * i, &parameters);
+    store(Eigen::Vector3d(G * axis.cross(centre_camera_mm)), layout::kPoseSourceDerivative + 9 + 3 * i, &parameters);
   }
-  parameters[kScale] = level.scale_per_mm;
-  parameters[kIntrinsics] = static_cast<float>(1.0 / camera.fx);
-  parameters[kIntrinsics + 1] = static_cast<float>(1.0 / camera.fy);
-  parameters[kIntrinsics + 2] = static_cast<float>(camera.cx - mid_u);
-  parameters[kIntrinsics + 3] = static_cast<float>(camera.cy - mid_v);
-  parameters[kMiddle] = static_cast<float>(mid_u);
-  parameters[kMiddle + 1] = static_cast<float>(mid_v);
+  parameters[layout::kPoseScale] = level.scale_per_mm;
+  parameters[layout::kPoseInverseFx] = static_cast<float>(1.0 / camera.fx);
+  parameters[layout::kPoseInverseFy] = static_cast<float>(1.0 / camera.fy);
+  parameters[layout::kPoseCx] = static_cast<float>(camera.cx - mid_u);
+  parameters[layout::kPoseCy] = static_cast<float>(camera.cy - mid_v);
+  parameters[layout::kPoseMiddleU] = static_cast<float>(mid_u);
+  parameters[layout::kPoseMiddleV] = static_cast<float>(mid_v);
   return parameters;
 }
 

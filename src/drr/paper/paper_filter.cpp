@@ -1,4 +1,4 @@
-#include "paper_filter.h"
+#include "drr/paper/paper_filter.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "paper_filter.h"
-#include "xray_registration/drr/paper_engine.h"
+#include "drr/paper/paper_filter.h"
+#include "xray_registration/drr/opencl/launch.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 
 namespace xray_registration {
 
@@ -15,9 +16,9 @@ extern const char* const paper;
 namespace {
 
 constexpr int kTile = 8;           // 8×8 work-groups: neighbouring rays share voxels.
-constexpr int kReduceGroup = 64;   // PAPER_GROUP in the kernel.
+constexpr int kReduceGroup = 64;   // PAPER_GROUP for the kernels.
 constexpr int kReduceGroups = 64;  // Fixed, so that the order of summation does not depend on the device.
-constexpr int kSums = 45;
+constexpr int kSums = 45;          // PAPER_SUMS for the kernels.
 
 cl_float4 float4(const Eigen::Vector3f& v) { return {{v.x(), v.y(), v.z(), 0.0F}}; }
 std::size_t padded(int size) { return static_cast<std::size_t>((size + kTile - 1) / kTile * kTile); }
@@ -40,7 +41,9 @@ auto onDevice(const std::string& device_name, const char* step, const Calls& cal
 class PaperEngineOpenCl : public PaperEngine {
  public:
   explicit PaperEngineOpenCl(std::shared_ptr<Device> device) : device_(std::move(device)) {
-    program_ = device_->build(kernels::paper, "-cl-std=CL1.2 -cl-mad-enable");
+    program_ =
+        device_->build(kernels::paper, "-cl-std=CL1.2 -cl-mad-enable -DPAPER_GROUP=" + std::to_string(kReduceGroup) +
+                                           " -DPAPER_SUMS=" + std::to_string(kSums));
     onDevice(name(), "creating kernels", [&] {
       drr_ = cl::Kernel(program_, "paper_drr");
       blur_rows_ = cl::Kernel(program_, "paper_blur_rows");
@@ -99,11 +102,10 @@ class PaperEngineOpenCl : public PaperEngine {
     }
     const Eigen::Vector3f origin = rays.origin + Eigen::Vector3f::Ones();  // One layer of air.
     onDevice(name(), "rendering", [&] {
-      set(drr_, volume_, row_, slice_, float4(upper), float4(origin), float4(rays.corner), float4(rays.column),
-          float4(rays.row), cl_float4{{rays.cx, rays.cy, rays.inverse_fx, rays.inverse_fy}}, rays.first_mm,
-          rays.step_mm, rays.samples, rays.scale, width_, height_, images_, slot);
-      device_->solveQueue().enqueueNDRangeKernel(drr_, cl::NullRange, cl::NDRange(padded(width_), padded(height_)),
-                                                 cl::NDRange(kTile, kTile));
+      launch(device_->solveQueue(), &drr_, {cl::NDRange(padded(width_), padded(height_)), cl::NDRange(kTile, kTile)},
+             volume_, row_, slice_, float4(upper), float4(origin), float4(rays.corner), float4(rays.column),
+             float4(rays.row), cl_float4{{rays.cx, rays.cy, rays.inverse_fx, rays.inverse_fy}}, rays.first_mm,
+             rays.step_mm, rays.samples, rays.scale, width_, height_, images_, slot);
     });
   }
 
@@ -126,10 +128,8 @@ class PaperEngineOpenCl : public PaperEngine {
     std::vector<float> parts(static_cast<std::size_t>(kReduceGroups) * kSums);
     onDevice(name(), "reducing", [&] {
       if (filter_) applyFilter(images_, kPaperSlots);
-      set(moments_, filter_ ? filtered_ : images_, target_, weights_, inverse_steps, static_cast<int>(pixels()),
-          partial_sums_);
-      device_->solveQueue().enqueueNDRangeKernel(moments_, cl::NullRange, cl::NDRange(kReduceGroup * kReduceGroups),
-                                                 cl::NDRange(kReduceGroup));
+      launch(device_->solveQueue(), &moments_, groupsOf(kReduceGroup, kReduceGroups), filter_ ? filtered_ : images_,
+             target_, weights_, inverse_steps, static_cast<int>(pixels()), partial_sums_);
       device_->solveQueue().enqueueReadBuffer(partial_sums_, CL_TRUE, 0, sizeof(float) * parts.size(), parts.data());
     });
     return momentsFrom(parts);
@@ -162,12 +162,6 @@ class PaperEngineOpenCl : public PaperEngine {
   }
 
   std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
-
-  template <typename... Arguments>
-  static void set(cl::Kernel& kernel, const Arguments&... arguments) {
-    cl_uint index = 0;
-    (kernel.setArg(index++, arguments), ...);
-  }
 
   void write(const cl::Buffer& buffer, const std::vector<float>& values) {
     device_->solveQueue().enqueueWriteBuffer(buffer, CL_TRUE, 0, sizeof(float) * values.size(), values.data());
@@ -218,22 +212,20 @@ class PaperEngineOpenCl : public PaperEngine {
 
   void runBlur(const Blur& blur, const cl::Buffer& images, int count, int subtract) {
     const int radius = static_cast<int>(blur.half_taps.size()) - 1;
-    const cl::NDRange global(padded(width_), padded(height_), static_cast<std::size_t>(count));
-    const cl::NDRange local(kTile, kTile, 1);
-    set(blur_rows_, images, weights_, blur.taps, radius, width_, height_, rows_);
-    device_->solveQueue().enqueueNDRangeKernel(blur_rows_, cl::NullRange, global, local);
-    set(blur_columns_, rows_, weights_, blur.norm, blur.taps, radius, width_, height_, subtract, filtered_);
-    device_->solveQueue().enqueueNDRangeKernel(blur_columns_, cl::NullRange, global, local);
+    const LaunchRange range{cl::NDRange(padded(width_), padded(height_), static_cast<std::size_t>(count)),
+                            cl::NDRange(kTile, kTile, 1)};
+    launch(device_->solveQueue(), &blur_rows_, range, images, weights_, blur.taps, radius, width_, height_, rows_);
+    launch(device_->solveQueue(), &blur_columns_, range, rows_, weights_, blur.norm, blur.taps, radius, width_, height_,
+           subtract, filtered_);
   }
 
   /// filtered_ = weights · (smooth(images) − background(images)).
   void applyFilter(const cl::Buffer& images, int count) {
     if (smooth_.half_taps.empty()) {
-      set(weigh_, images, weights_, static_cast<int>(pixels()), filtered_);
       const std::size_t groups = (pixels() + kReduceGroup - 1) / kReduceGroup;
-      device_->solveQueue().enqueueNDRangeKernel(weigh_, cl::NullRange,
-                                                 cl::NDRange(groups * kReduceGroup, static_cast<std::size_t>(count)),
-                                                 cl::NDRange(kReduceGroup, 1));
+      launch(device_->solveQueue(), &weigh_,
+             {cl::NDRange(groups * kReduceGroup, static_cast<std::size_t>(count)), cl::NDRange(kReduceGroup, 1)},
+             images, weights_, static_cast<int>(pixels()), filtered_);
     } else {
       runBlur(smooth_, images, count, 0);
     }

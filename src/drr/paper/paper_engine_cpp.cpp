@@ -2,8 +2,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "paper_filter.h"
-#include "xray_registration/drr/paper_engine.h"
+#include "drr/paper/paper_filter.h"
+#include "xray_registration/drr/paper/paper_engine.h"
 
 namespace xray_registration {
 namespace {

@@ -1,0 +1,39 @@
+// X-ray pyramid: weighted mean over 2 × 2 pixels; the weight is the mean weight, zero below a half.
+__kernel void halve_xray(__global const float* xray, __global const float* weight, const int width, const int height,
+                         const int half_width, const int half_height, __global float* half_xray,
+                         __global float* half_weight) {
+  const int i = get_global_id(0);
+  if (i >= half_width * half_height) return;
+  const int u = 2 * (i % half_width), v = 2 * (i / half_width);
+  float total = 0.0f, total_weight = 0.0f, plain = 0.0f;
+  for (int dv = 0; dv < 2; ++dv) {
+    for (int du = 0; du < 2; ++du) {
+      const int pixel = (v + dv) * width + u + du;
+      total = fma(weight[pixel], xray[pixel], total);
+      total_weight += weight[pixel];
+      plain += xray[pixel];
+    }
+  }
+  half_xray[i] = total_weight > 0.0f ? total / total_weight : 0.25f * plain;
+  half_weight[i] = total_weight >= 2.0f ? 0.25f * total_weight : 0.0f;
+}
+
+// Whether any pixel of a tile has weight, and how much the X-ray varies in it.
+__kernel void used_tiles(__global const float* xray, __global const float* weight, const int width, const int height,
+                         const int tiles_x, const int tiles, __global int* used, __global float* contrast) {
+  const int tile = get_global_id(0);
+  if (tile >= tiles) return;
+  const int2 origin = tile_origin(tile, tiles_x);
+  const float reference = xray[origin.y * width + origin.x];
+  float n = 0.0f, sum = 0.0f, sum2 = 0.0f;
+  for (int v = origin.y; v < min(origin.y + TILE, height); ++v) {
+    for (int u = origin.x; u < min(origin.x + TILE, width); ++u) {
+      const float w = weight[v * width + u], x = xray[v * width + u] - reference;
+      n += w;
+      sum += w * x;
+      sum2 += w * x * x;
+    }
+  }
+  used[tile] = n > 0.0f;
+  contrast[tile] = n > 0.0f ? fmax(sum2 / n - sum * sum / (n * n), 0.0f) : 0.0f;
+}
