@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "xray_registration/drr/device.h"
@@ -31,15 +32,29 @@ struct ResidentLevel {
   std::size_t bytes = 0;
 };
 
-/// The largest CT, in bytes of 16-bit voxels, that the device takes with its pyramid: packed words are twice as large
-/// and the finest level is one buffer; X-rays and other programs keep half of the memory.
+/// What bounds the CT on a device.
+struct VolumeLimits {
+  std::size_t buffer_bytes = 0;     ///< Of one buffer: the finest level is one.
+  std::size_t memory_bytes = 0;     ///< Of the device.
+  std::size_t words = 0x7fffffffU;  ///< Of one level, padding included: the kernels index them by 32-bit integers.
+};
+VolumeLimits volumeLimits(const Device& device);
+
+/// The largest CT, in bytes of 16-bit voxels, that a device takes with its pyramid: packed words are twice as large, a
+/// tenth is for the padding; X-rays and other programs keep half of the memory.
+std::size_t residentVoxelBytes(const VolumeLimits& limits);
 std::size_t residentVoxelBytes(const Device& device);
+
+/// @throws DeviceError when a level of `padded` words is more than the limits admit; it names both sizes.
+void checkFits(const Eigen::Vector3i& padded, const VolumeLimits& limits, const std::string& device_name);
 
 /// The CT's pyramid on the device, fine (0) to coarse.
 class ResidentVolume {
  public:
   /// Packs and uploads all levels. @throws DeviceError when the device has no room or fails.
   ResidentVolume(Device* device, const AttenuationVolume& volume);
+  /// The same within other limits than the device's own.
+  ResidentVolume(Device* device, const AttenuationVolume& volume, const VolumeLimits& limits);
 
   const std::vector<ResidentLevel>& levels() const { return levels_; }
   /// The coarsest level whose voxels are not larger than `pixel_mm` · 1.25, else the finest.

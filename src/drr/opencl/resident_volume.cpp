@@ -97,20 +97,18 @@ std::vector<cl_uchar> occupancyOf(const cl_uint* words, const Eigen::Vector3i& p
   return occupied;
 }
 
-ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume) {
+std::size_t wordCount(const Eigen::Vector3i& padded) {
+  return static_cast<std::size_t>(padded.x()) * static_cast<std::size_t>(padded.y()) *
+         static_cast<std::size_t>(padded.z());
+}
+
+ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume, const VolumeLimits& limits) {
   const Box box = tissueBox(volume);
   const Eigen::Vector3i padded = box.size + Eigen::Vector3i::Constant(2 * kPadding);
   const Eigen::Vector3i bricks = (padded + Eigen::Vector3i::Constant(kBrick - 1)) / kBrick;
-  const std::size_t word_count = static_cast<std::size_t>(padded.x()) * static_cast<std::size_t>(padded.y()) *
-                                 static_cast<std::size_t>(padded.z());
+  checkFits(padded, limits, device->name());
   ResidentLevel level;
-  level.bytes = word_count * sizeof(cl_uint);
-  if (level.bytes > device->maxAllocationBytes()) {
-    throw DeviceError("the CT needs " + std::to_string(level.bytes >> 20U) + " MiB in one buffer, but '" +
-                          device->name() + "' admits " + std::to_string(device->maxAllocationBytes() >> 20U) +
-                          " MiB; resample the CT to larger voxels",
-                      0);
-  }
+  level.bytes = wordCount(padded) * sizeof(cl_uint);
   level.words = cl::Buffer(device->context(), CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR, level.bytes);
   auto* words =
       static_cast<cl_uint*>(device->uploadQueue().enqueueMapBuffer(level.words, CL_TRUE, CL_MAP_WRITE, 0, level.bytes));
@@ -138,17 +136,49 @@ ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume) {
 
 }  // namespace
 
-std::size_t residentVoxelBytes(const Device& device) {
-  const double one_buffer = 0.45 * static_cast<double>(device.maxAllocationBytes());
-  const double all_levels = 0.5 * static_cast<double>(device.globalMemoryBytes()) / 2.5;
-  return static_cast<std::size_t>(std::min(one_buffer, all_levels));
+VolumeLimits volumeLimits(const Device& device) {
+  VolumeLimits limits;
+  limits.buffer_bytes = device.maxAllocationBytes();
+  limits.memory_bytes = device.globalMemoryBytes();
+  return limits;
 }
 
-ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume) {
+std::size_t residentVoxelBytes(const VolumeLimits& limits) {
+  const double one_buffer = 0.45 * static_cast<double>(limits.buffer_bytes);
+  const double all_levels = 0.5 * static_cast<double>(limits.memory_bytes) / 2.5;
+  const double indices = 0.9 * static_cast<double>(limits.words) * sizeof(std::uint16_t);
+  return static_cast<std::size_t>(std::min({one_buffer, all_levels, indices}));
+}
+
+std::size_t residentVoxelBytes(const Device& device) { return residentVoxelBytes(volumeLimits(device)); }
+
+void checkFits(const Eigen::Vector3i& padded, const VolumeLimits& limits, const std::string& device_name) {
+  const std::size_t words = wordCount(padded);
+  const std::string size =
+      std::to_string(padded.x()) + "x" + std::to_string(padded.y()) + "x" + std::to_string(padded.z());
+  if (words > limits.words) {
+    throw DeviceError("the CT has " + std::to_string(words) + " voxels with the air around it (" + size +
+                          "), but the kernels number at most " + std::to_string(limits.words) +
+                          "; resample the CT to larger voxels",
+                      0);
+  }
+  const std::size_t bytes = words * sizeof(cl_uint);
+  if (bytes > limits.buffer_bytes) {
+    throw DeviceError("the CT needs " + std::to_string(bytes >> 20U) + " MiB in one buffer (" + size + "), but '" +
+                          device_name + "' admits " + std::to_string(limits.buffer_bytes >> 20U) +
+                          " MiB; resample the CT to larger voxels",
+                      0);
+  }
+}
+
+ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume)
+    : ResidentVolume(device, volume, volumeLimits(*device)) {}
+
+ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume, const VolumeLimits& limits) {
   centre_ct_ = anatomicalCentreCt(volume);
   try {
     const std::vector<AttenuationVolume> pyramid = buildPyramid(volume);
-    for (const AttenuationVolume& level : pyramid) levels_.push_back(makeLevel(device, level));
+    for (const AttenuationVolume& level : pyramid) levels_.push_back(makeLevel(device, level, limits));
   } catch (const cl::Error& error) {
     throw DeviceError("the CT cannot be placed on '" + device->name() + "': " + error.what() + " failed with code " +
                           std::to_string(error.err()),
