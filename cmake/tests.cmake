@@ -62,3 +62,7 @@ endif()
 
 add_test(NAME architecture.rooms
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/check_rooms.sh ${CMAKE_CURRENT_SOURCE_DIR})
+add_test(NAME architecture.private_headers
+         COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/check_private_headers.py ${CMAKE_CURRENT_SOURCE_DIR})
+# That the checks find what they are for.
+add_test(NAME architecture.checks COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/architecture_test.py)

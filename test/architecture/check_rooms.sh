@@ -1,5 +1,5 @@
 #!/bin/sh
-# Fails when a room includes one that does not stand below it. usage: check_rooms.sh <source folder> [--self-check]
+# Fails when a room includes one that does not stand below it. usage: check_rooms.sh <source folder>
 set -u
 root=$1
 status=0
