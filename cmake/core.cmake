@@ -9,9 +9,10 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs calib3d)
 endif()
 
-# A new .cpp in a room's folder is picked up at the next build.
+# A new .cpp in a room's folder is picked up at the next build; the paper's method has a folder of its own in a room.
 macro(xray_glob variable room)
-  file(GLOB ${variable} CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/${room}/*.cpp)
+  file(GLOB ${variable} CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/${room}/*.cpp
+       ${CMAKE_CURRENT_SOURCE_DIR}/src/${room}/paper/*.cpp)
 endmacro()
 
 xray_glob(common_sources common)

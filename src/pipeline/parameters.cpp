@@ -81,7 +81,7 @@ void readSolver(const YAML::Node& tree, RegistrarOptions* solver) {
   group.choice<Similarity>(
       "similarity", {{"local_normalised", Similarity::kLocalNormalised}, {"gain_offset", Similarity::kGainOffset}},
       &solver->similarity);
-  group.integer("max_steps_per_frame", 1, 1000, &solver->max_steps_per_frame);
+  group.integer("max_steps_per_frame", 1, 10000, &solver->max_steps_per_frame);
   group.number("max_image_pixels", 1024.0, 67108864.0, &solver->max_image_pixels);
   group.flag("search", &solver->search);
   group.number("search_rotation_rad", 0.0, M_PI, &solver->search_rotation_rad);

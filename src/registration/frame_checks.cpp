@@ -1,6 +1,5 @@
 #include "registration/frame_checks.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -30,18 +29,6 @@ std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform&
     if (!problem.empty()) return problem;
   }
   return {};
-}
-
-Matrix6d scaledToRadius(const Matrix6d& matrix, double radius_mm) {
-  Twist scale = Twist::Ones();
-  scale.tail<3>() /= radius_mm;
-  return scale.asDiagonal() * matrix * scale.asDiagonal();
-}
-
-double conditionNumber(const Matrix6d& normal, double radius_mm) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaledToRadius(normal, radius_mm), Eigen::EigenvaluesOnly);
-  const double smallest = eigen.eigenvalues()[0];
-  return smallest > 0.0 ? std::min(eigen.eigenvalues()[5] / smallest, 1e30) : 1e30;
 }
 
 }  // namespace xray_registration

@@ -97,7 +97,11 @@ void DampedDescent::end(bool step_is_short) {
 GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,
                            const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options) {
   DampedDescent descent(T_camera_ct_start, centre_ct_mm, options);
-  while (!descent.done()) descent.observe(objective(descent.nextPose()));
+  while (!descent.done()) {
+    const std::optional<StepSums> sums = objective(descent.nextPose());
+    if (!sums) break;
+    descent.observe(*sums);
+  }
   return descent.result();
 }
 
@@ -116,6 +120,7 @@ std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, con
     }
     if (waiting.empty()) break;
     const std::vector<StepSums> sums = objective(poses);
+    if (sums.size() != poses.size()) break;
     for (std::size_t i = 0; i < waiting.size(); ++i) waiting[i]->observe(sums[i]);
   }
   std::vector<GaussNewtonResult> results;

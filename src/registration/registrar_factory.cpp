@@ -1,7 +1,7 @@
 #include "xray_registration/registration/registrar_factory.h"
 
 #include "xray_registration/registration/fast_registrar.h"
-#include "xray_registration/registration/paper_registrar.h"
+#include "xray_registration/registration/paper/paper_registrar.h"
 
 namespace xray_registration {
 

@@ -21,6 +21,10 @@ constexpr double kDegreesPerRadian = 57.29577951308232;
 std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept) {
   if (!cues.finite) return "the solver met a number that is not finite";
   if (!cues.in_view) return "the CT left the image";
+  if (cues.exceeded_steps > 0) {
+    return sentence("the solver ran out of its ", cues.exceeded_steps,
+                    " steps a frame (solver/max_steps_per_frame) before it was done");
+  }
   if (!(cues.similarity >= accept.min_similarity)) {
     return sentence("the X-ray and the DRR do not look alike: similarity ", cues.similarity, " is below ",
                     accept.min_similarity);
@@ -33,7 +37,7 @@ std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept)
     return sentence("the image does not fix the pose: condition number ", cues.condition_number, " is above ",
                     accept.max_condition_number);
   }
-  if (!cues.converged) return "the solver ran out of steps before it converged";
+  if (!cues.converged) return "the solver stopped before it converged";
   if (cues.search_range_mm > 0.0 && !(cues.jump_mm <= cues.search_range_mm)) {
     return sentence("the pose moved ", cues.jump_mm, " mm from the start, outside the range of ", cues.search_range_mm,
                     " mm that is searched");

@@ -317,5 +317,32 @@ TEST(GaussNewtonTest, DampedStepRefusesWhatHasNoMinimum) {
   EXPECT_FALSE(dampedStep(sums, 1e-3, &step));
 }
 
+TEST(MinimiseTest, AnObjectiveThatDeclinesEndsTheDescentWhereItIs) {
+  Marks marks;
+  marks.truth = moved(twist(3.0, -2.0, 5.0, 0.02, -0.03, 0.01));
+  int left = 1;
+  const auto declines = [&](const RigidTransform& pose) -> std::optional<StepSums> {
+    if (left-- == 0) return std::nullopt;
+    return marks(pose);
+  };
+  const GaussNewtonResult cut = minimise(declines, start(), kCentre, {});
+  EXPECT_EQ(cut.steps, 1);
+  EXPECT_FALSE(cut.converged);
+  EXPECT_FALSE(cut.failed);
+  EXPECT_EQ(cut.sums.cost, marks.costs.front());
+
+  const GaussNewtonResult none =
+      minimise([](const RigidTransform&) -> std::optional<StepSums> { return std::nullopt; }, start(), kCentre, {});
+  EXPECT_EQ(none.steps, 0);
+  EXPECT_FALSE(none.converged);
+  EXPECT_EQ(none.T_camera_ct.matrix(), start().matrix());
+
+  const auto many = minimiseMany([](const std::vector<RigidTransform>&) { return std::vector<StepSums>{}; },
+                                 {start(), start()}, kCentre, {});
+  ASSERT_EQ(many.size(), 2U);
+  EXPECT_EQ(many[1].steps, 0);
+  EXPECT_FALSE(many[1].converged);
+}
+
 }  // namespace
 }  // namespace xray_registration

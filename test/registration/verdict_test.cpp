@@ -46,6 +46,7 @@ std::vector<Case> cases() {
   return {
       {"finite", [](VerdictCues* c) { c->finite = false; }, {"not finite"}},
       {"in view", [](VerdictCues* c) { c->in_view = false; }, {"left the image"}},
+      {"steps", [](VerdictCues* c) { c->exceeded_steps = 17; }, {"ran out", "17", "solver/max_steps_per_frame"}},
       {"similarity", [](VerdictCues* c) { c->similarity = 0.37; }, {"similarity", "0.37", "0.61"}},
       {"inliers", [](VerdictCues* c) { c->inlier_fraction = 0.21; }, {"inlier fraction", "0.21", "0.43"}},
       {"condition", [](VerdictCues* c) { c->condition_number = 8000.0; }, {"condition number", "8e+03", "7e+03"}},

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <algorithm>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "xray_registration/drr/engine.h"
@@ -24,18 +24,13 @@ struct GaussNewtonOptions {
 };
 
 struct GaussNewtonResult {
-  /// The similarity of this stage or of the one before, whichever is larger: noise hides it on finer levels.
-  double likeness() const { return std::max(sums.similarity, coarser_similarity); }
-
   RigidTransform T_camera_ct = RigidTransform::Identity();
   StepSums sums;           ///< At the result.
   bool converged = false;  ///< The last step was below stop_mm, or below max_untested_step_mm and taken.
   /// Singular, or not finite: at the start, at every other pose, or at the last pose before the steps became short. The
   /// pose is the best one before it, and nothing says that it is a minimum.
   bool failed = false;
-  int steps = 0;                     ///< Evaluations of the objective.
-  double robust_scale2 = 1e6;        ///< That the objective was made with; for whoever goes on from here.
-  double coarser_similarity = -1.0;  ///< At the end of the stage before: noise hides less there.
+  int steps = 0;  ///< Evaluations of the objective; 0 when it declined the first one, then the pose is the start.
 };
 
 /// Gauss-Newton with Levenberg-Marquardt damping, one step at a time: whoever drives it evaluates the objective at
@@ -69,13 +64,14 @@ class DampedDescent {
   bool done_ = false;
 };
 
-/// The objective at a pose; the twist is about `centre_ct_mm`, in the first camera's axes.
-using Objective = std::function<StepSums(const RigidTransform& T_camera_ct)>;
+/// The objective at a pose; the twist is about `centre_ct_mm`, in the first camera's axes. Nothing when it declines (a
+/// budget is used up): the solver then ends where it is, unconverged.
+using Objective = std::function<std::optional<StepSums>(const RigidTransform& T_camera_ct)>;
 
 GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_camera_ct_start,
                            const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options);
 
-/// The same from many starts side by side, one batch of evaluations a step.
+/// The same from many starts side by side, one batch of evaluations a step. An empty batch declines.
 using BatchObjective = std::function<std::vector<StepSums>(const std::vector<RigidTransform>& T_camera_ct)>;
 
 std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, const std::vector<RigidTransform>& starts,

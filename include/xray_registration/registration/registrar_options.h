@@ -28,7 +28,7 @@ struct RegistrarOptions {
   AcceptOptions accept;
 
   // Fast method.
-  int max_steps_per_frame = 60;      ///< Budget over all levels and views: bounds the latency.
+  int max_steps_per_frame = 400;     ///< Evaluations of the objective, whatever for: bounds the latency.
   double max_image_pixels = 100000;  ///< A view is binned until no more of its pixels have CT behind them.
   bool search = true;                ///< Without an accepted neighbour: search around the start before the descent.
   double search_rotation_rad = 0.22;
@@ -44,5 +44,8 @@ struct RegistrarOptions {
   double paper_step_mm = 0.5;
   int paper_image_size = 128;  ///< X-rays are binned until no side is longer.
 };
+
+/// Whether a solver that went by one of them may go on by the other: all but the verdict's thresholds is the same.
+bool solvesAlike(const RegistrarOptions& a, const RegistrarOptions& b);
 
 }  // namespace xray_registration

@@ -8,8 +8,9 @@ namespace xray_registration {
 
 /// What is known about a solution when it is judged.
 struct VerdictCues {
-  bool finite = true;   ///< Pose and sums hold no NaN.
-  bool in_view = true;  ///< The CT's centre projects near the image and lies in front of the source.
+  bool finite = true;      ///< Pose and sums hold no NaN.
+  bool in_view = true;     ///< The CT's centre projects near the image and lies in front of the source.
+  int exceeded_steps = 0;  ///< The step budget that was used up before the solver was done; 0: it was enough.
   bool converged = false;
   double similarity = 0.0;
   double inlier_fraction = 1.0;

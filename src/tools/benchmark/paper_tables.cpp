@@ -5,7 +5,7 @@
 
 #include "tools/benchmark/scenes.h"
 #include "tools/common/progress_bar.h"
-#include "xray_registration/registration/paper_method.h"
+#include "xray_registration/registration/paper/paper_method.h"
 #include "xray_registration/volume/phantom.h"
 
 namespace xray_registration::tools {

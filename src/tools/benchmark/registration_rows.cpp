@@ -7,7 +7,7 @@
 #include "xray_registration/drr/paper/paper_engine.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/registration/fast_registrar.h"
-#include "xray_registration/registration/paper_method.h"
+#include "xray_registration/registration/paper/paper_method.h"
 
 namespace xray_registration::tools {
 namespace {

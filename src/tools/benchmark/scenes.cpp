@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "xray_registration/registration/paper_method.h"
+#include "xray_registration/registration/paper/paper_method.h"
 #include "xray_registration/volume/phantom.h"
 #include "xray_registration/volume/volume_pyramid.h"
 

@@ -7,7 +7,7 @@
 #include "tools/common/progress_bar.h"
 #include "xray_registration/drr/engine.h"
 #include "xray_registration/drr/paper/paper_engine.h"
-#include "xray_registration/registration/paper_method.h"
+#include "xray_registration/registration/paper/paper_method.h"
 
 namespace xray_registration::tools {
 namespace {

@@ -1,10 +1,11 @@
-#include "xray_registration/registration/paper_registrar.h"
+#include "xray_registration/registration/paper/paper_registrar.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "registration/frame_checks.h"
+#include "registration/normal_matrix.h"
 #include "xray_registration/common/stopwatch.h"
 #include "xray_registration/image/image_pyramid.h"
 #include "xray_registration/registration/verdict.h"

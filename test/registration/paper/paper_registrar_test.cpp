@@ -1,4 +1,4 @@
-#include "xray_registration/registration/paper_registrar.h"
+#include "xray_registration/registration/paper/paper_registrar.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "xray_registration/drr/paper/paper_engine.h"
-#include "xray_registration/registration/paper_method.h"
+#include "xray_registration/registration/paper/paper_method.h"
 #include "xray_registration/registration/registrar.h"
 #include "xray_registration/registration/registrar_options.h"
 

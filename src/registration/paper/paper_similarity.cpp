@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "xray_registration/registration/paper_registrar.h"
+#include "xray_registration/registration/paper/paper_registrar.h"
 
 namespace xray_registration {
 namespace {

@@ -1,4 +1,4 @@
-#include "xray_registration/registration/paper_method.h"
+#include "xray_registration/registration/paper/paper_method.h"
 
 #include <Eigen/LU>
 #include <cmath>

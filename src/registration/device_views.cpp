@@ -1,0 +1,99 @@
+#include "registration/device_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "registration/view_preparation.h"
+
+namespace xray_registration {
+namespace {
+
+/// How far beyond the CT's sphere a start may be off and its projection still be in the crop.
+constexpr double kCropMarginMm = 15.0;
+/// Line integral of unexplained tissue (5 cm of water) that halves a ray's weight.
+constexpr double kUnexplainedLimit = 1.0;
+/// Pixels of a whole image, in units of max_image_pixels, however small the CT's shadow in it is.
+constexpr double kMostPixels = 50.0;
+/// Pixels of CT shadow that a level needs: half a dozen tiles, or windows hold more of the rest than of the CT.
+constexpr double kSmallestShadow = 400.0;
+
+}  // namespace
+
+void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
+                         double max_image_pixels) {
+  views_.clear();
+  for (const ViewInput& input : inputs) {
+    const RigidTransform T_view_ct = input.T_view_first * T_camera_ct_start;
+    const PreparedView prepared =
+        prepareView(*input.xray, T_view_ct * centreCt(), engine_->volume().radiusMm() + kCropMarginMm,
+                    binningFor(input.xray->camera, T_view_ct, max_image_pixels));
+    views_.push_back({engine_->upload(prepared.camera, prepared.attenuation, prepared.weight), input.T_view_first,
+                      twistCarriedBy(input.T_view_first)});
+  }
+}
+
+double DeviceViews::shadowPixels(const XrayCamera& camera, const RigidTransform& T_view_ct) {
+  const FloatImage drr = engine_->render(camera, volumeLevel(camera, T_view_ct), T_view_ct);
+  return static_cast<double>(
+      std::count_if(drr.pixels.begin(), drr.pixels.end(), [](float value) { return value > 0.0F; }));
+}
+
+int DeviceViews::binningFor(const XrayCamera& whole, const RigidTransform& T_view_ct, double max_image_pixels) {
+  const double pixels = static_cast<double>(whole.width) * whole.height;
+  if (pixels <= max_image_pixels) return 1;
+  // The march costs by the pixel that has CT behind it, so a small bone in a large image is seen finely.
+  constexpr int kPreviewSide = 64;
+  const int preview = std::max(1, std::min(whole.width, whole.height) / kPreviewSide);
+  const double shadow = shadowPixels(whole.binned(preview), T_view_ct) * preview * preview;
+  // Nor is there anything to see far below the voxels' size, or in an image that takes longer to bin than to register.
+  const double finest_useful_mm = 0.3 * engine_->volume().levels().front().spacing_mm;
+  const double factor =
+      std::max({std::sqrt(shadow / max_image_pixels), std::sqrt(pixels / (kMostPixels * max_image_pixels)),
+                finest_useful_mm / whole.pixelSizeAt(depthOf(T_view_ct))});
+  return std::max(1, static_cast<int>(std::ceil(factor - 1e-9)));
+}
+
+int DeviceViews::lastLevel() const {
+  int last = std::numeric_limits<int>::max();
+  for (const View& view : views_) last = std::min(last, static_cast<int>(view.xray.levels.size()) - 1);
+  return last;
+}
+
+int DeviceViews::coarsestLevel(const RigidTransform& T_camera_ct) {
+  int coarsest = std::numeric_limits<int>::max();
+  for (const View& view : views_) {
+    int level = static_cast<int>(view.xray.levels.size()) - 1;
+    double pixels = shadowPixels(view.level(level).camera, view.T_view_first * T_camera_ct);
+    for (; level > 0 && pixels < kSmallestShadow; --level) pixels *= 4.0;
+    coarsest = std::min(coarsest, level);
+  }
+  return coarsest;
+}
+
+bool DeviceViews::weigh(bool leave_out_unexplained, const RigidTransform& T_camera_ct) {
+  constexpr double kNoticed = 0.98;
+  bool noticed = false;
+  for (View& view : views_) {
+    if (leave_out_unexplained) {
+      noticed |= engine_->weighUnexplained(&view.xray, view.T_view_first * T_camera_ct, kUnexplainedLimit) < kNoticed;
+    } else {
+      engine_->restoreWeights(&view.xray);
+    }
+  }
+  return noticed;
+}
+
+void DeviceViews::keepContrastTiles(double part) {
+  for (View& view : views_) engine_->keepContrastTiles(&view.xray.levels.front(), part);
+}
+
+double DeviceViews::depthOf(const RigidTransform& T_view_ct) const {
+  return std::max((T_view_ct * centreCt()).z(), 1.0);
+}
+
+int DeviceViews::volumeLevel(const XrayCamera& camera, const RigidTransform& T_view_ct) const {
+  return engine_->volume().levelFor(camera.pixelSizeAt(depthOf(T_view_ct)));
+}
+
+}  // namespace xray_registration

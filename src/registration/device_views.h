@@ -1,0 +1,56 @@
+#pragma once
+
+#include <vector>
+
+#include "xray_registration/drr/engine.h"
+#include "xray_registration/registration/registrar.h"
+
+namespace xray_registration {
+
+/// The views of one frame on the device, each cropped to where the CT can be and binned to what the solver can use.
+class DeviceViews {
+ public:
+  struct View {
+    ResidentXray xray;
+    RigidTransform T_view_first = RigidTransform::Identity();
+    Matrix6d twist_carried = Matrix6d::Identity();  ///< First camera's twist → this camera's.
+    const ResidentXray::Level& level(int index) const { return xray.levels[static_cast<std::size_t>(index)]; }
+  };
+
+  /// The engine has its volume and outlives this.
+  explicit DeviceViews(Engine* engine) : engine_(engine) {}
+
+  /// Takes a frame's views in place of the last one's, as seen from where the solve starts; binned until no more than
+  /// `max_image_pixels` of a view's pixels have CT behind them. @throws DeviceError.
+  void upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start, double max_image_pixels);
+
+  const std::vector<View>& views() const { return views_; }
+  std::size_t size() const { return views_.size(); }
+
+  /// The coarsest pyramid level that every view has.
+  int lastLevel() const;
+  /// The coarsest one on which the CT still has a shadow of some size in every view.
+  int coarsestLevel(const RigidTransform& T_camera_ct);
+
+  /// Weights as seen from a pose: with `leave_out_unexplained` rays that the CT cannot explain lose theirs. Returns
+  /// whether any view lost rays.
+  bool weigh(bool leave_out_unexplained, const RigidTransform& T_camera_ct);
+
+  /// Uses only the `part` of the finest level's tiles in which the X-rays vary most, until they are weighed anew.
+  void keepContrastTiles(double part);
+
+  /// From the source to the CT's centre, mm; at least 1.
+  double depthOf(const RigidTransform& T_view_ct) const;
+  /// The CT's level whose voxels project to about a pixel.
+  int volumeLevel(const XrayCamera& camera, const RigidTransform& T_view_ct) const;
+  const Eigen::Vector3d& centreCt() const { return engine_->volume().centreCt(); }
+
+ private:
+  int binningFor(const XrayCamera& whole, const RigidTransform& T_view_ct, double max_image_pixels);
+  double shadowPixels(const XrayCamera& camera, const RigidTransform& T_view_ct);
+
+  Engine* engine_;
+  std::vector<View> views_;
+};
+
+}  // namespace xray_registration

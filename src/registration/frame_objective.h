@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "registration/device_views.h"
+#include "registration/solution.h"
+#include "registration/stage.h"
+#include "registration/step_budget.h"
+
+namespace xray_registration {
+
+/// Radius about the CT's centre over which motion is measured: an organ's size.
+constexpr double kTargetRadiusMm = 60.0;
+
+/// The objective of one frame: the views' normal equations, carried into the first view's camera and added. Every
+/// evaluation is drawn from the frame's budget. @throws DeviceError from every call.
+class FrameObjective {
+ public:
+  /// All must outlive the objective.
+  FrameObjective(Engine* engine, DeviceViews* views, const RegistrarOptions& options, StepBudget* budget)
+      : engine_(engine), views_(views), options_(options), budget_(budget) {}
+
+  /// Objective and normal equations for many poses in one launch a view; empty when the budget is used up.
+  std::vector<StepSums> evaluate(const Stage& stage, double robust_scale2,
+                                 const std::vector<RigidTransform>& T_camera_ct);
+
+  /// Runs one stage from `start`.
+  GaussNewtonResult solve(const Stage& stage, double robust_scale2, const RigidTransform& start);
+
+  /// The scale² on 1 − correlation at which a window keeps a quarter of its weight: three times the median error.
+  double robustScale(const Stage& stage, const RigidTransform& T_camera_ct);
+
+  /// What bounds the solver on a stage.
+  GaussNewtonOptions solverFor(const Stage& stage, const RigidTransform& start) const;
+
+  DeviceViews& views() { return *views_; }
+  const RegistrarOptions& options() const { return options_; }
+  bool exceeded() const { return budget_->exceeded(); }
+
+ private:
+  std::vector<StepSums> evaluateView(const DeviceViews::View& view, const Stage& stage, double robust_scale2,
+                                     const std::vector<RigidTransform>& T_camera_ct);
+
+  Engine* engine_;
+  DeviceViews* views_;
+  const RegistrarOptions& options_;
+  StepBudget* budget_;
+};
+
+}  // namespace xray_registration

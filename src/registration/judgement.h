@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+
+#include "registration/device_views.h"
+#include "registration/solution.h"
+#include "xray_registration/registration/registrar.h"
+
+namespace xray_registration {
+
+/// How a frame was solved, as far as the verdict asks.
+struct SolveHistory {
+  RigidTransform T_camera_ct_start = RigidTransform::Identity();
+  bool predicted = false;  ///< The start is the prediction from an accepted neighbour.
+  bool searched = false;   ///< A cold start.
+  int exceeded_steps = 0;
+  std::optional<double> disagreement_mm;  ///< Between two solves of a cold start.
+};
+
+/// Fills the result's numbers from the solution, with its covariance, and accepts or refuses it.
+void judge(const DeviceViews& views, const Solution& solution, const SolveHistory& history,
+           const RegistrarOptions& options, RegistrationResult* result);
+
+}  // namespace xray_registration

@@ -1,0 +1,74 @@
+#include "registration/pose_search.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace xray_registration {
+namespace {
+
+constexpr std::size_t kRefined = 8;
+
+/// Element `index` of the Halton sequence in `base`: fills the unit interval evenly, the same on every machine.
+double halton(int index, int base) {
+  double result = 0.0;
+  double part = 1.0;
+  for (; index > 0; index /= base) {
+    part /= base;
+    result += part * (index % base);
+  }
+  return result;
+}
+
+/// The start itself, then the poses around it.
+std::vector<RigidTransform> posesAround(const RigidTransform& start, const Eigen::Vector3d& centre_ct,
+                                        const RegistrarOptions& options, int first_index) {
+  constexpr int kBases[6] = {2, 3, 5, 7, 11, 13};
+  std::vector<RigidTransform> poses = {start};
+  for (int i = first_index; i < first_index + options.search_poses; ++i) {
+    Twist offset;
+    for (int axis = 0; axis < 6; ++axis) {
+      const double range = axis < 3 ? options.search_translation_mm : options.search_rotation_rad;
+      offset[axis] = range * (2.0 * halton(i, kBases[axis]) - 1.0);
+    }
+    poses.push_back(updatedPose(start, offset, start * centre_ct));
+  }
+  return poses;
+}
+
+/// A cost that can be compared: what is not finite comes last, and so does what was never evaluated.
+double orderedCost(const StepSums& sums) {
+  return sums.finite() && sums.weight > 0.0 ? sums.cost : std::numeric_limits<double>::infinity();
+}
+
+std::vector<RigidTransform> bestOf(const std::vector<RigidTransform>& poses, const std::vector<StepSums>& ranked) {
+  std::vector<std::size_t> order(poses.size());
+  std::iota(order.begin(), order.end(), 0);
+  // The start itself always takes part.
+  std::stable_sort(order.begin() + 1, order.end(),
+                   [&](std::size_t a, std::size_t b) { return orderedCost(ranked[a]) < orderedCost(ranked[b]); });
+  std::vector<RigidTransform> best;
+  for (std::size_t i = 0; i < std::min(kRefined, order.size()); ++i) best.push_back(poses[order[i]]);
+  return best;
+}
+
+}  // namespace
+
+RigidTransform searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
+                            int first_index) {
+  const Eigen::Vector3d& centre_ct = objective->views().centreCt();
+  const std::vector<RigidTransform> poses = posesAround(start, centre_ct, objective->options(), first_index);
+  const std::vector<StepSums> ranked = objective->evaluate(stage, kNotRobust, poses);
+  if (ranked.empty()) return start;
+  const auto batch = [&](const std::vector<RigidTransform>& asked) {
+    return objective->evaluate(stage, kNotRobust, asked);
+  };
+  const std::vector<GaussNewtonResult> refined =
+      minimiseMany(batch, bestOf(poses, ranked), centre_ct, objective->solverFor(stage, start));
+  const auto winner = std::min_element(refined.begin(), refined.end(), [](const auto& a, const auto& b) {
+    return orderedCost(a.sums) < orderedCost(b.sums);
+  });
+  return winner->T_camera_ct;
+}
+
+}  // namespace xray_registration

@@ -1,0 +1,41 @@
+#include "registration/tracked_frame.h"
+
+#include <algorithm>
+
+namespace xray_registration {
+namespace {
+
+/// Share of the finest level's tiles that are used, and the evaluations there and on the level before.
+constexpr double kTiles = 0.65;
+constexpr int kFinestSteps = 2;
+constexpr int kSteps = 8;
+
+}  // namespace
+
+Solution trackFrame(FrameObjective* objective, const ColdStart& found, const RigidTransform& start) {
+  const Similarity similarity = objective->options().similarity;
+  DeviceViews& views = objective->views();
+  if (found.leave_out_unexplained) views.weigh(true, start);
+  Solution solution;
+  solution.T_camera_ct = start;
+  solution.robust_scale2 = found.robust_scale2;
+  // The tracked X-ray may be smaller than the one that the start was found in.
+  const bool two_levels = std::min(found.coarsest_level, views.lastLevel()) >= 1;
+  if (two_levels) {
+    static_cast<GaussNewtonResult&>(solution) =
+        objective->solve(stageOn(1, kSteps, similarity), found.robust_scale2, start);
+    if (solution.failed) return solution;
+    views.keepContrastTiles(kTiles);
+  }
+  solution.coarser_similarity = solution.sums.similarity;
+  const GaussNewtonResult finest = objective->solve(stageOn(0, two_levels ? kFinestSteps : kSteps, similarity),
+                                                    found.robust_scale2, solution.T_camera_ct);
+  if (finest.steps > 0) {
+    static_cast<GaussNewtonResult&>(solution) = finest;
+  } else {
+    solution.converged = false;  // Nothing was left of the budget for the finest level.
+  }
+  return solution;
+}
+
+}  // namespace xray_registration

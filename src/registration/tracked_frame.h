@@ -1,0 +1,11 @@
+#pragma once
+
+#include "registration/frame_objective.h"
+
+namespace xray_registration {
+
+/// Registers a frame whose start is the prediction from an accepted neighbour: the level below the finest, then the
+/// finest on the tiles in which the X-ray varies most, with one or two evaluations.
+Solution trackFrame(FrameObjective* objective, const ColdStart& found, const RigidTransform& start);
+
+}  // namespace xray_registration
