@@ -49,6 +49,9 @@ xray_glob(registration_sources registration)
 xray_room(registration SOURCES ${registration_sources} ROOMS drr LIBRARIES Eigen3::Eigen OpenCL::OpenCL)
 
 xray_glob(evaluation_sources evaluation)
+# Trials go through the pipeline, which the compute-only build has not.
+set(trials_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/evaluation/trials.cpp)
+list(REMOVE_ITEM evaluation_sources ${trials_sources})
 xray_room(evaluation SOURCES ${evaluation_sources} ROOMS registration
           LIBRARIES Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 
@@ -60,7 +63,9 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   xray_room(pipeline SOURCES ${pipeline_sources} ROOMS registration
             LIBRARIES Eigen3::Eigen OpenCL::OpenCL ${YAML_CPP_LIBRARIES})
   target_include_directories(xray_registration_pipeline SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
-  list(APPEND core_rooms pipeline)
+  xray_room(evaluation_trials SOURCES ${trials_sources} ROOMS evaluation pipeline
+            LIBRARIES Eigen3::Eigen OpenCL::OpenCL)
+  list(APPEND core_rooms pipeline evaluation_trials)
 endif()
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   xray_room(volume_itk SOURCES ${itk_sources} ROOMS volume LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES} gdcmCommon)

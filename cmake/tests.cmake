@@ -36,12 +36,15 @@ function(xray_tests_of room)
     if(name IN_LIST XRAY_FULL_CORE_TESTS)
       list(APPEND rooms volume_itk image_opencv)
     endif()
+    if(name STREQUAL trials)
+      list(APPEND rooms evaluation_trials)
+    endif()
     xray_test(${room} ${name} ${file} ROOMS ${rooms})
   endforeach()
 endfunction()
 
-# Tests that need ITK or OpenCV.
-set(XRAY_FULL_CORE_TESTS volume_io bone_surface xray_frame mask recorded_sessions)
+# Tests that need ITK or OpenCV, and those of what stands on the pipeline.
+set(XRAY_FULL_CORE_TESTS volume_io bone_surface xray_frame mask trials)
 
 xray_tests_of(common)
 xray_tests_of(geometry)

@@ -1,10 +1,10 @@
 #include "xray_registration/evaluation/trials.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
+#include <string>
 
-#include "xray_registration/common/stopwatch.h"
+#include "xray_registration/drr/device.h"
 
 namespace xray_registration {
 namespace {
@@ -32,98 +32,69 @@ void check(const TrialOptions& options) {
   }
 }
 
-/// A pose that is no pose counts as infinitely wrong: statistics must not lose it in comparisons with NaN.
-PoseError finalError(const RigidTransform& T_camera_ct_found, const RigidTransform& T_camera_ct_true,
-                     const std::vector<Eigen::Vector3d>& targets_ct_mm) {
-  if (!T_camera_ct_found.matrix().allFinite()) {
-    return {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  }
-  return poseError(T_camera_ct_found, T_camera_ct_true, targets_ct_mm);
-}
-
-Trial trialOf(const EvaluationFrame& frame) {
+/// The frame through the pipeline from where the pipeline stands.
+Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline* pipeline,
+                   const EvaluationFrame& frame, const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
+  const FrameOutcome outcome = pipeline->process(frame.stamp_s, frame.views);
+  if (outcome.state == TrackingState::kFault) throw DeviceError("the device failed: " + pipeline->fault(), 0);
   Trial trial;
   trial.frame = frame.index;
   trial.stamp_s = frame.stamp_s;
-  trial.prepare_ms = frame.prepare_ms;
+  trial.disturbance = twistBetween(frame.T_camera_ct_true, T_camera_ct_start, frame.T_camera_ct_true * centre_ct_mm);
+  trial.result = outcome.result;
+  if (!outcome.registered) trial.result.T_camera_ct = T_camera_ct_start;
+  trial.prepare_ms = outcome.prepare_ms;
+  trial.solve_ms = outcome.total_ms - outcome.prepare_ms;
+  const std::vector<Eigen::Vector3d> targets_ct_mm = targetGrid(centre_ct_mm, target_size_mm);
+  trial.start = poseError(T_camera_ct_start, frame.T_camera_ct_true, targets_ct_mm);
+  trial.final = poseError(trial.result.T_camera_ct, frame.T_camera_ct_true, targets_ct_mm);
   return trial;
 }
 
 }  // namespace
 
-double RandomStarts::uniform(double low, double high) {
-  // The upper 53 bits fill a double's mantissa: exact on every platform.
-  const double zero_to_one = static_cast<double>(bits_() >> 11U) * 0x1.0p-53;
-  return low + (high - low) * zero_to_one;
+Trial runTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, const Twist& disturbance,
+               const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
+  const RigidTransform T_camera_ct_start =
+      updatedPose(frame.T_camera_ct_true, disturbance, frame.T_camera_ct_true * centre_ct_mm);
+  pipeline->reset();
+  pipeline->setPose(T_camera_ct_start);
+  Trial trial = registerFrom(T_camera_ct_start, pipeline, frame, centre_ct_mm, target_size_mm);
+  trial.disturbance = disturbance;
+  return trial;
 }
 
-Eigen::Vector3d RandomStarts::unitVector() {
-  // Rejection from the cube: uniform on the sphere without sines that differ in their last bit between libraries.
-  while (true) {
-    const double x = uniform(-1.0, 1.0);
-    const double y = uniform(-1.0, 1.0);
-    const double z = uniform(-1.0, 1.0);
-    const double squared = x * x + y * y + z * z;
-    if (squared <= 1.0 && squared > 1e-4) return Eigen::Vector3d(x, y, z) / std::sqrt(squared);
-  }
-}
-
-Twist RandomStarts::next() {
-  Twist disturbance;
-  const Eigen::Vector3d axis = unitVector();
-  disturbance.tail<3>() = axis * uniform(-range_.rotation_rad, range_.rotation_rad);
-  for (int i = 0; i < 3; ++i) disturbance(i) = uniform(-range_.translation_mm, range_.translation_mm);
-  return disturbance;
-}
-
-std::vector<Trial> runTrials(Registrar* registrar, const std::vector<EvaluationFrame>& frames,
+std::vector<Trial> runTrials(RegistrationPipeline* pipeline, const std::vector<EvaluationFrame>& frames,
                              const Eigen::Vector3d& centre_ct_mm, const TrialOptions& options,
                              const Progress& progress) {
   check(frames);
   check(options);
-  const std::vector<Eigen::Vector3d> targets_ct_mm = targetGrid(centre_ct_mm, options.target_size_mm);
   RandomStarts starts(options.range, options.seed);
-  registrar->registerFrame(frames.front().views, frames.front().T_camera_ct_true, false);
+  runTrial(pipeline, frames.front(), Twist::Zero(), centre_ct_mm, options.target_size_mm);
 
   std::vector<Trial> trials;
   trials.reserve(static_cast<std::size_t>(options.trials));
   for (int i = 0; i < options.trials; ++i) {
     const EvaluationFrame& frame = frames[static_cast<std::size_t>(i) % frames.size()];
-    Trial trial = trialOf(frame);
-    trial.disturbance = starts.next();
-    const RigidTransform T_camera_ct_start =
-        updatedPose(frame.T_camera_ct_true, trial.disturbance, frame.T_camera_ct_true * centre_ct_mm);
-    const Stopwatch watch;
-    trial.result = registrar->registerFrame(frame.views, T_camera_ct_start, false);
-    trial.solve_ms = watch.milliseconds();
-    trial.start = poseError(T_camera_ct_start, frame.T_camera_ct_true, targets_ct_mm);
-    trial.final = finalError(trial.result.T_camera_ct, frame.T_camera_ct_true, targets_ct_mm);
-    trials.push_back(std::move(trial));
+    trials.push_back(runTrial(pipeline, frame, starts.next(), centre_ct_mm, options.target_size_mm));
     if (progress) progress(i + 1, options.trials);
   }
   return trials;
 }
 
-std::vector<Trial> followFrames(Registrar* registrar, Tracker* tracker, const std::vector<EvaluationFrame>& frames,
+std::vector<Trial> followFrames(RegistrationPipeline* pipeline, const std::vector<EvaluationFrame>& frames,
                                 const Eigen::Vector3d& centre_ct_mm, double target_size_mm, const Progress& progress) {
   check(frames);
-  const std::vector<Eigen::Vector3d> targets_ct_mm = targetGrid(centre_ct_mm, target_size_mm);
-  registrar->registerFrame(frames.front().views, frames.front().T_camera_ct_true, false);
-  tracker->setPose(frames.front().T_camera_ct_true);
+  runTrial(pipeline, frames.front(), Twist::Zero(), centre_ct_mm, target_size_mm);
+  pipeline->reset();
+  pipeline->setPose(frames.front().T_camera_ct_true);
 
   std::vector<Trial> trials;
   trials.reserve(frames.size());
   for (const EvaluationFrame& frame : frames) {
-    Trial trial = trialOf(frame);
     // The tracker never loses its pose once it has one.
-    const RigidTransform T_camera_ct_start = tracker->prediction(frame.stamp_s).value_or(frame.T_camera_ct_true);
-    const Stopwatch watch;
-    trial.result = tracker->process(registrar, frame.views, frame.stamp_s);
-    trial.solve_ms = watch.milliseconds();
-    trial.disturbance = twistBetween(frame.T_camera_ct_true, T_camera_ct_start, frame.T_camera_ct_true * centre_ct_mm);
-    trial.start = poseError(T_camera_ct_start, frame.T_camera_ct_true, targets_ct_mm);
-    trial.final = finalError(trial.result.T_camera_ct, frame.T_camera_ct_true, targets_ct_mm);
-    trials.push_back(std::move(trial));
+    const RigidTransform T_camera_ct_start = pipeline->prediction(frame.stamp_s).value_or(frame.T_camera_ct_true);
+    trials.push_back(registerFrom(T_camera_ct_start, pipeline, frame, centre_ct_mm, target_size_mm));
     if (progress) progress(static_cast<int>(trials.size()), static_cast<int>(frames.size()));
   }
   return trials;

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
+#include <utility>
 
 namespace xray_registration {
 namespace {
@@ -61,13 +62,12 @@ void takeLogarithm(double saturation_value, double given_open_field, FloatImage*
   pixels.convertTo(pixels, CV_32F, -1.0, std::log(open_field));
 }
 
-FloatImage linearized(const FloatImage& raw, double saturation_value, const LinearizeOptions& options) {
+FloatImage linearized(FloatImage image, double saturation_value, const LinearizeOptions& options) {
   if (!std::isfinite(options.open_field) || options.open_field < 0.0) {
     throw FrameError("image/open_field is " + std::to_string(options.open_field) +
                      ", it must be 0 (estimate) or positive");
   }
-  const float largest = checkPixels(raw);
-  FloatImage image = raw;
+  const float largest = checkPixels(image);
   cv::Mat pixels = wrap(&image);
   switch (options.kind) {
     case ImageKind::kAttenuation:
@@ -121,16 +121,16 @@ void undistort(const std::vector<double>& distortion, UndistortionMaps* maps, Xr
 
 }  // namespace
 
-XrayFrame makeXrayFrame(const FloatImage& raw, double saturation_value, const Calibration& calibration,
+XrayFrame makeXrayFrame(FloatImage raw, double saturation_value, const Calibration& calibration,
                         const LinearizeOptions& options, UndistortionMaps* maps) {
   XrayFrame frame;
   frame.camera = cameraFromCalibration(calibration, raw.width, raw.height);
-  frame.attenuation = linearized(raw, saturation_value, options);
+  frame.attenuation = linearized(std::move(raw), saturation_value, options);
   UndistortionMaps own_maps;
   if (isDistorted(calibration)) {
     undistort(calibration.distortion, maps != nullptr ? maps : &own_maps, &frame);
   } else {
-    frame.mask = MaskImage(raw.width, raw.height, kUse);
+    frame.mask = MaskImage(frame.attenuation.width, frame.attenuation.height, kUse);
   }
   return frame;
 }

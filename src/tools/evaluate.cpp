@@ -116,9 +116,9 @@ EvaluationRun describe(const Arguments& arguments, const NodeParameters& paramet
 double loadCt(RegistrationPipeline* pipeline, const Arguments& arguments, const NodeParameters& parameters,
               const Logger& logger) {
   pipeline->openDevice();
-  const Volume ct = readVolume(arguments.ct, parameters.ct.read, logger);
+  Volume ct = readVolume(arguments.ct, parameters.ct.read, logger);
   const Stopwatch watch;
-  pipeline->setCt(ct);
+  pipeline->setCt(std::move(ct));
   return watch.milliseconds();
 }
 
@@ -127,15 +127,8 @@ std::vector<Trial> runAll(RegistrationPipeline* pipeline, const std::vector<Eval
   const std::size_t total = run.tracking ? frames.size() : static_cast<std::size_t>(run.options.trials);
   ProgressBar bar(run.session, total);
   const Progress progress = [&bar](int done, int) { bar.advanceTo(static_cast<std::size_t>(done)); };
-  if (!run.tracking) return runTrials(pipeline->registrar(), frames, centre_ct_mm, run.options, progress);
-  Tracker tracker(pipeline->parameters().tracker);
-  return followFrames(pipeline->registrar(), &tracker, frames, centre_ct_mm, run.options.target_size_mm, progress);
-}
-
-PoseError agreementWithReference(Registrar* registrar, const EvaluationFrame& frame,
-                                 const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
-  const RegistrationResult result = registrar->registerFrame(frame.views, frame.T_camera_ct_true, false);
-  return poseError(result.T_camera_ct, frame.T_camera_ct_true, targetGrid(centre_ct_mm, target_size_mm));
+  if (!run.tracking) return runTrials(pipeline, frames, centre_ct_mm, run.options, progress);
+  return followFrames(pipeline, frames, centre_ct_mm, run.options.target_size_mm, progress);
 }
 
 void writeJson(const std::string& path, const nlohmann::json& report) {
@@ -172,21 +165,21 @@ void evaluate(const Arguments& arguments) {
 
   const std::size_t limit =
       run.tracking ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(run.options.trials);
-  const std::vector<EvaluationFrame> frames = sessionFrames(*session, pipeline, limit, logger);
+  const std::vector<EvaluationFrame> frames = sessionFrames(*session, parameters, limit, logger);
   run.frames = static_cast<int>(frames.size());
 
   const std::vector<Trial> trials = runAll(&pipeline, frames, centre_ct_mm, run);
   if (run.reference) {
     run.reference_agreement =
-        agreementWithReference(pipeline.registrar(), frames.front(), centre_ct_mm, run.options.target_size_mm);
+        runTrial(&pipeline, frames.front(), Twist::Zero(), centre_ct_mm, run.options.target_size_mm).final;
   }
   const SuccessCriteria criteria = successCriteria(static_cast<int>(run.views.size()));
   printTable(std::cout, run, trials, criteria);
   if (!arguments.json.empty()) writeJson(arguments.json, toJson(run, trials, criteria));
   if (!arguments.plot.empty()) {
-    const auto convergence = run.tracking ? std::vector<ConvergenceCurve>{}
-                                          : convergenceOf(pipeline.registrar(), parameters.registrar, frames, trials,
-                                                          centre_ct_mm, run.options.target_size_mm);
+    const auto convergence = run.tracking
+                                 ? std::vector<ConvergenceCurve>{}
+                                 : convergenceOf(&pipeline, frames, trials, centre_ct_mm, run.options.target_size_mm);
     writePlot(arguments.plot, drawPlot(trials, criteria, convergence));
   }
 }

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "xray_registration/drr/device.h"
-#include "xray_registration/evaluation/trials.h"
 #include "xray_registration/registration/registrar_factory.h"
 #include "xray_registration/volume/phantom.h"
 

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "xray_registration/drr/device.h"
+#include "xray_registration/evaluation/random_starts.h"
 #include "xray_registration/evaluation/trial_statistics.h"
-#include "xray_registration/evaluation/trials.h"
 #include "xray_registration/evaluation/xray_simulator.h"
 #include "xray_registration/registration/registrar_factory.h"
 #include "xray_registration/volume/phantom.h"
@@ -42,6 +42,12 @@ FloatImage attenuationOf(const Image<std::uint16_t>& counts) {
   return image;
 }
 
+/// One frame with its true pose.
+struct SimulatedFrame {
+  std::vector<ViewInput> views;
+  RigidTransform T_camera_ct_true = RigidTransform::Identity();
+};
+
 class SimulatedSession : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -55,13 +61,27 @@ class SimulatedSession : public ::testing::Test {
   static Registrar* registrar() { return state_->registrar.get(); }
   static Eigen::Vector3d centre() { return state_->volume.grid.centreCt(); }
 
-  static EvaluationFrame frame(int index, const std::vector<double>& angles_rad) {
+  /// Cold registrations from random starts within six degrees and ten millimetres.
+  static std::vector<Trial> trials(const std::vector<SimulatedFrame>& frames, int count) {
+    const auto targets_ct_mm = targetGrid(centre(), 100.0);
+    RandomStarts starts({6.0 * kDegree, 10.0}, 1);
+    std::vector<Trial> made(static_cast<std::size_t>(count));
+    for (std::size_t i = 0; i < made.size(); ++i) {
+      const SimulatedFrame& frame = frames[i % frames.size()];
+      const RigidTransform start =
+          updatedPose(frame.T_camera_ct_true, starts.next(), frame.T_camera_ct_true * centre());
+      made[i].result = registrar()->registerFrame(frame.views, start, false);
+      made[i].start = poseError(start, frame.T_camera_ct_true, targets_ct_mm);
+      made[i].final = poseError(made[i].result.T_camera_ct, frame.T_camera_ct_true, targets_ct_mm);
+    }
+    return made;
+  }
+
+  static SimulatedFrame frame(int index, const std::vector<double>& angles_rad) {
     std::mt19937_64 random(100U + static_cast<unsigned>(index));
     RandomStarts motion({4.0 * kDegree, 5.0}, 50U + static_cast<unsigned>(index));
     const Twist moved = motion.next();
-    EvaluationFrame made;
-    made.index = index;
-    made.stamp_s = 1.0 + 0.1 * index;
+    SimulatedFrame made;
     const RigidTransform T_first_rest = posed(centre(), angles_rad.front());
     made.T_camera_ct_true = updatedPose(T_first_rest, moved, T_first_rest * centre());
     for (const double angle_rad : angles_rad) {
@@ -85,12 +105,8 @@ class SimulatedSession : public ::testing::Test {
 std::unique_ptr<SimulatedSession::State> SimulatedSession::state_;
 
 TEST_F(SimulatedSession, OneViewIsFoundFromSixDegreesAndTenMillimetres) {
-  const std::vector<EvaluationFrame> frames = {frame(0, {0.0}), frame(1, {0.0})};
-  TrialOptions options;
-  options.trials = 10;
-  options.range = {6.0 * kDegree, 10.0};
-  const auto trials = runTrials(registrar(), frames, centre(), options);
-  const TrialStatistics statistics = statisticsOf(trials, successCriteria(1));
+  const std::vector<SimulatedFrame> frames = {frame(0, {0.0}), frame(1, {0.0})};
+  const TrialStatistics statistics = statisticsOf(trials(frames, 10), successCriteria(1));
   // The goal on recorded sessions is 95 to 99 %; ten trials allow one failure.
   EXPECT_GE(statistics.successes, 9);
   EXPECT_EQ(statistics.false_acceptances, 0);
@@ -100,24 +116,17 @@ TEST_F(SimulatedSession, OneViewIsFoundFromSixDegreesAndTenMillimetres) {
 }
 
 TEST_F(SimulatedSession, TwoViewsSeeDepth) {
-  const std::vector<EvaluationFrame> frames = {frame(2, {0.0, -50.0 * kDegree})};
-  TrialOptions options;
-  options.trials = 6;
-  options.range = {6.0 * kDegree, 10.0};
-  const auto trials = runTrials(registrar(), frames, centre(), options);
-  const TrialStatistics statistics = statisticsOf(trials, successCriteria(2));
+  const std::vector<SimulatedFrame> frames = {frame(2, {0.0, -50.0 * kDegree})};
+  const TrialStatistics statistics = statisticsOf(trials(frames, 6), successCriteria(2));
   EXPECT_GE(statistics.successes, 5);
   EXPECT_EQ(statistics.false_acceptances, 0);
   EXPECT_LT(statistics.final_mtre_mm.median, 0.5);
 }
 
 TEST_F(SimulatedSession, TheSameTrialGivesTheSameBits) {
-  const std::vector<EvaluationFrame> frames = {frame(0, {0.0})};
-  TrialOptions options;
-  options.trials = 2;
-  options.range = {6.0 * kDegree, 10.0};
-  const auto once = runTrials(registrar(), frames, centre(), options);
-  const auto again = runTrials(registrar(), frames, centre(), options);
+  const std::vector<SimulatedFrame> frames = {frame(0, {0.0})};
+  const auto once = trials(frames, 2);
+  const auto again = trials(frames, 2);
   for (std::size_t i = 0; i < once.size(); ++i) {
     EXPECT_EQ(once[i].result.T_camera_ct.matrix(), again[i].result.T_camera_ct.matrix()) << "trial " << i;
     EXPECT_EQ(once[i].result.iterations, again[i].result.iterations);

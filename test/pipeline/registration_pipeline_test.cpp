@@ -5,104 +5,37 @@
 
 #include <cmath>
 #include <limits>
+#include <new>
+#include <utility>
 
-#include "xray_registration/drr/device.h"
+#include "test/pipeline/fake_registrar.h"
 #include "xray_registration/volume/phantom.h"
+#include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {
 namespace {
 
-/// What the fake registrars of one test share.
-struct Script {
-  int made = 0;
-  int failures_to_make = 0;
-  int failures_to_register = 0;
-  bool accepts = true;
-  bool gives_nan = false;
-  bool takes_options = true;
-  std::vector<ViewInput> last_views;
-  RigidTransform last_start = RigidTransform::Identity();
-};
-
-class FakeRegistrar : public Registrar {
- public:
-  explicit FakeRegistrar(Script* script) : script_(script) {
-    ++script_->made;
-    if (script_->failures_to_make > 0) {
-      --script_->failures_to_make;
-      throw DeviceError("no device of that name", -1);
-    }
-  }
-  void setVolume(const AttenuationVolume&) override { has_volume_ = true; }
-  bool hasVolume() const override { return has_volume_; }
-  RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& start, bool) override {
-    script_->last_views = views;
-    script_->last_start = start;
-    if (script_->failures_to_register > 0) {
-      --script_->failures_to_register;
-      throw DeviceError("device lost", -5);
-    }
-    RegistrationResult result;
-    result.accepted = script_->accepts;
-    if (!result.accepted) result.reason = "the similarity is too low";
-    result.T_camera_ct = start;
-    if (script_->gives_nan) result.T_camera_ct.translation().x() = std::numeric_limits<double>::quiet_NaN();
-    result.covariance.diagonal() << 1.0, 2.0, 3.0, 4.0, 5.0, 6.0;
-    return result;
-  }
-  FloatImage renderDrr(const XrayCamera& camera, const RigidTransform&) override {
-    return FloatImage(camera.width, camera.height);
-  }
-  Eigen::Vector3d centreCt() const override { return Eigen::Vector3d::Zero(); }
-  bool setOptions(const RegistrarOptions&) override { return script_->takes_options; }
-  std::string deviceName() const override { return "fake"; }
-  std::size_t deviceBytes() const override { return 1; }
-
- private:
-  Script* script_;
-  bool has_volume_ = false;
-};
-
 class Pipeline : public testing::Test {
  protected:
-  RegistrationPipeline make(const NodeParameters& parameters = {}) {
-    return {parameters, [this](const RegistrarOptions&) { return std::make_unique<FakeRegistrar>(&script_); }, {}};
-  }
-  static RawView view(const std::string& name = "") {
-    RawView raw;
-    raw.name = name;
-    raw.image = RawImage{FloatImage(32, 24), 65535.0};
-    for (std::size_t i = 0; i < raw.image->pixels.pixels.size(); ++i) {
-      raw.image->pixels.pixels[i] = 20000.0F + 100.0F * static_cast<float>(i % 97);
-    }
-    raw.calibration.width = 32;
-    raw.calibration.height = 24;
-    raw.calibration.k = {1000, 0, 15.5, 0, 1000, 11.5, 0, 0, 1};
-    return raw;
-  }
-  static RigidTransform pose() {
-    RigidTransform T = RigidTransform::Identity();
-    T.translation().z() = 900.0;
-    return T;
-  }
+  RegistrationPipeline make(const NodeParameters& parameters = {}) { return {parameters, fakes(&script_), {}}; }
   Script script_;
 };
 
 TEST_F(Pipeline, SaysWhatItWaitsFor) {
   RegistrationPipeline pipeline = make();
   EXPECT_EQ(pipeline.state(), TrackingState::kWaitingForCt);
-  FrameOutcome outcome = pipeline.process(1.0, {view()});
+  FrameOutcome outcome = pipeline.process(1.0, {someView()});
   EXPECT_FALSE(outcome.result.accepted);
   EXPECT_NE(outcome.result.reason.find("no CT"), std::string::npos);
 
   pipeline.setCt(whiteCube(16));
   EXPECT_EQ(pipeline.state(), TrackingState::kWaitingForPose);
-  outcome = pipeline.process(1.0, {view()});
+  outcome = pipeline.process(1.0, {someView()});
   EXPECT_FALSE(outcome.registered);
   EXPECT_NE(outcome.result.reason.find("pose"), std::string::npos);
 
-  pipeline.setPose(pose());
-  outcome = pipeline.process(1.1, {view()});
+  pipeline.setPose(somePose());
+  outcome = pipeline.process(1.1, {someView()});
   EXPECT_TRUE(outcome.result.accepted) << outcome.result.reason;
   EXPECT_TRUE(outcome.result.reason.empty());
   EXPECT_EQ(outcome.state, TrackingState::kTracking);
@@ -116,8 +49,8 @@ TEST_F(Pipeline, SaysWhatItWaitsFor) {
 TEST_F(Pipeline, BadFramesAreRefusedWithTheReasonAndHarmNothing) {
   RegistrationPipeline pipeline = make();
   pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
-  std::vector<RawView> bad(6, view());
+  pipeline.setPose(somePose());
+  std::vector<RawView> bad(6, someView());
   bad[0].calibration.k[0] = 0.0;
   bad[1].calibration.width = 0;
   bad[2].calibration.width = 64;
@@ -133,45 +66,45 @@ TEST_F(Pipeline, BadFramesAreRefusedWithTheReasonAndHarmNothing) {
     EXPECT_FALSE(outcome.result.reason.empty());
     EXPECT_FALSE(outcome.registered);
   }
-  EXPECT_TRUE(pipeline.process(stamp + 0.1, {view()}).result.accepted);
+  EXPECT_TRUE(pipeline.process(stamp + 0.1, {someView()}).result.accepted);
 }
 
 TEST_F(Pipeline, ADeviceThatFailsOnceIsRebuilt) {
   RegistrationPipeline pipeline = make();
   pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
+  pipeline.setPose(somePose());
   script_.failures_to_register = 1;
-  const FrameOutcome failed = pipeline.process(1.0, {view()});
+  const FrameOutcome failed = pipeline.process(1.0, {someView()});
   EXPECT_FALSE(failed.result.accepted);
   EXPECT_NE(failed.result.reason.find("device lost"), std::string::npos);
   EXPECT_EQ(script_.made, 2);
   EXPECT_NE(failed.state, TrackingState::kFault);
-  EXPECT_TRUE(pipeline.process(1.1, {view()}).result.accepted);
+  EXPECT_TRUE(pipeline.process(1.1, {someView()}).result.accepted);
 }
 
 TEST_F(Pipeline, ADeviceThatFailsAgainIsAFaultUntilReset) {
   RegistrationPipeline pipeline = make();
   pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
+  pipeline.setPose(somePose());
   script_.failures_to_register = 2;
-  pipeline.process(1.0, {view()});
-  FrameOutcome outcome = pipeline.process(1.1, {view()});
+  pipeline.process(1.0, {someView()});
+  FrameOutcome outcome = pipeline.process(1.1, {someView()});
   EXPECT_EQ(outcome.state, TrackingState::kFault);
-  outcome = pipeline.process(1.2, {view()});
+  outcome = pipeline.process(1.2, {someView()});
   EXPECT_EQ(outcome.state, TrackingState::kFault);
   EXPECT_NE(outcome.result.reason.find("device lost"), std::string::npos);
   pipeline.reset();
-  pipeline.setPose(pose());
-  EXPECT_TRUE(pipeline.process(1.3, {view()}).result.accepted);
+  pipeline.setPose(somePose());
+  EXPECT_TRUE(pipeline.process(1.3, {someView()}).result.accepted);
 }
 
 TEST_F(Pipeline, ADeviceThatCannotBeRebuiltIsAFault) {
   RegistrationPipeline pipeline = make();
   pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
+  pipeline.setPose(somePose());
   script_.failures_to_register = 1;
   script_.failures_to_make = 1;
-  EXPECT_EQ(pipeline.process(1.0, {view()}).state, TrackingState::kFault);
+  EXPECT_EQ(pipeline.process(1.0, {someView()}).state, TrackingState::kFault);
   EXPECT_NE(pipeline.fault().find("no device of that name"), std::string::npos);
 }
 
@@ -185,11 +118,16 @@ TEST_F(Pipeline, NoDeviceAtTheStartIsAFault) {
 TEST_F(Pipeline, NothingThatIsNotFiniteComesOut) {
   RegistrationPipeline pipeline = make();
   pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
+  pipeline.setPose(somePose());
   script_.gives_nan = true;
-  const FrameOutcome outcome = pipeline.process(1.0, {view()});
+  const FrameOutcome outcome = pipeline.process(1.0, {someView()});
   EXPECT_FALSE(outcome.result.accepted);
+  EXPECT_FALSE(outcome.registered);
   EXPECT_TRUE(outcome.result.T_camera_ct.matrix().allFinite());
+  // Nor does it become the next start.
+  script_.gives_nan = false;
+  EXPECT_TRUE(pipeline.process(1.1, {someView()}).result.accepted);
+  EXPECT_TRUE(script_.last_start.isApprox(somePose()));
 }
 
 TEST_F(Pipeline, MissingViewsAreRefusedUnlessAllowed) {
@@ -201,8 +139,8 @@ TEST_F(Pipeline, MissingViewsAreRefusedUnlessAllowed) {
   {
     RegistrationPipeline pipeline = make(parameters);
     pipeline.setCt(whiteCube(16));
-    pipeline.setPose(pose());
-    const FrameOutcome outcome = pipeline.process(1.0, {view("a"), missing});
+    pipeline.setPose(somePose());
+    const FrameOutcome outcome = pipeline.process(1.0, {someView("a"), missing});
     EXPECT_FALSE(outcome.result.accepted);
     EXPECT_NE(outcome.result.reason.find("'b'"), std::string::npos);
     EXPECT_EQ(outcome.views_missing, std::vector<std::string>{"b"});
@@ -210,8 +148,8 @@ TEST_F(Pipeline, MissingViewsAreRefusedUnlessAllowed) {
   parameters.sync.allow_missing_view = true;
   RegistrationPipeline pipeline = make(parameters);
   pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
-  const FrameOutcome outcome = pipeline.process(1.0, {view("a"), missing});
+  pipeline.setPose(somePose());
+  const FrameOutcome outcome = pipeline.process(1.0, {someView("a"), missing});
   EXPECT_TRUE(outcome.result.accepted);
   EXPECT_EQ(outcome.views_used, std::vector<std::string>{"a"});
   EXPECT_EQ(outcome.views_missing, std::vector<std::string>{"b"});
@@ -227,10 +165,10 @@ TEST_F(Pipeline, WithoutItsFirstViewAFrameKeepsThePoseInTheFirstViewsFrame) {
   parameters.sync.allow_missing_view = true;
   RegistrationPipeline pipeline = make(parameters);
   pipeline.setCt(whiteCube(16));
-  pipeline.setPose(pose());
+  pipeline.setPose(somePose());
   RawView missing;
   missing.name = "a";
-  RawView second = view("b");
+  RawView second = someView("b");
   second.T_view_first.linear() = rotationFromVector(Eigen::Vector3d(0.0, M_PI / 2.0, 0.0));
   second.T_view_first.translation() = Eigen::Vector3d(900.0, 0.0, 900.0);
   const FrameOutcome outcome = pipeline.process(1.0, {missing, second});
@@ -238,9 +176,9 @@ TEST_F(Pipeline, WithoutItsFirstViewAFrameKeepsThePoseInTheFirstViewsFrame) {
   // The registrar sees the second view as the first one ...
   ASSERT_EQ(script_.last_views.size(), 1U);
   EXPECT_TRUE(script_.last_views[0].T_view_first.isApprox(RigidTransform::Identity()));
-  EXPECT_TRUE(script_.last_start.isApprox(second.T_view_first * pose()));
+  EXPECT_TRUE(script_.last_start.isApprox(second.T_view_first * somePose()));
   // ... and the answer is in the first view's frame, with the covariance turned: a quarter turn about y swaps x and z.
-  EXPECT_TRUE(outcome.result.T_camera_ct.isApprox(pose(), 1e-9));
+  EXPECT_TRUE(outcome.result.T_camera_ct.isApprox(somePose(), 1e-9));
   EXPECT_NEAR(outcome.result.covariance(0, 0), 3.0, 1e-9);
   EXPECT_NEAR(outcome.result.covariance(2, 2), 1.0, 1e-9);
   EXPECT_NEAR(outcome.result.covariance(3, 3), 6.0, 1e-9);
@@ -254,20 +192,160 @@ TEST_F(Pipeline, NewTuningRebuildsOnlyWhereItMust) {
   script_.takes_options = false;
   pipeline.setTuning({}, {});
   EXPECT_EQ(script_.made, 2);
-  pipeline.setPose(pose());
-  EXPECT_TRUE(pipeline.process(1.0, {view()}).result.accepted);
+  pipeline.setPose(somePose());
+  EXPECT_TRUE(pipeline.process(1.0, {someView()}).result.accepted);
 }
 
-TEST_F(Pipeline, UnreadableMasksAreNamed) {
+TEST_F(Pipeline, ACtThatDoesNotFitIsAFaultAndTheNextOneRecovers) {
+  RegistrationPipeline pipeline = make();
+  pipeline.setCt(whiteCube(16));
+  pipeline.setPose(somePose());
+  ASSERT_TRUE(pipeline.process(1.0, {someView()}).result.accepted);
+
+  script_.on_set_volume = [] { throw std::bad_alloc(); };
+  EXPECT_THROW(pipeline.setCt(whiteCube(8)), DeviceError);
+  EXPECT_EQ(pipeline.state(), TrackingState::kFault);
+  pipeline.setPose(somePose());
+  const FrameOutcome outcome = pipeline.process(1.1, {someView()});
+  EXPECT_FALSE(outcome.registered);
+  EXPECT_EQ(outcome.state, TrackingState::kFault);
+  EXPECT_NE(outcome.result.reason.find("out of memory"), std::string::npos) << outcome.result.reason;
+  EXPECT_TRUE(pipeline.renderDrr({32, 24, 1000.0, 1000.0, 15.5, 11.5}, somePose()).empty());
+  EXPECT_EQ(pipeline.deviceBytes(), 0U);
+
+  script_.on_set_volume = {};
+  pipeline.setCt(whiteCube(16));
+  EXPECT_EQ(pipeline.state(), TrackingState::kWaitingForPose);
+  pipeline.setPose(somePose());
+  EXPECT_TRUE(pipeline.process(1.2, {someView()}).result.accepted);
+}
+
+TEST_F(Pipeline, AResetAfterACtThatDidNotFitTriesAgain) {
+  RegistrationPipeline pipeline = make();
+  int uploads_to_fail = 2;
+  script_.on_set_volume = [&uploads_to_fail] {
+    if (uploads_to_fail-- > 0) throw std::bad_alloc();
+  };
+  EXPECT_THROW(pipeline.setCt(whiteCube(16)), DeviceError);
+  pipeline.reset();
+  pipeline.setPose(somePose());
+  EXPECT_EQ(pipeline.process(1.0, {someView()}).state, TrackingState::kFault);
+  pipeline.reset();
+  pipeline.setPose(somePose());
+  EXPECT_TRUE(pipeline.process(1.1, {someView()}).result.accepted);
+}
+
+TEST_F(Pipeline, ACtThatCannotBeReadLeavesTheOldOneAtWork) {
+  RegistrationPipeline pipeline = make();
+  pipeline.setCt(whiteCube(16));
+  pipeline.setPose(somePose());
+  ASSERT_TRUE(pipeline.process(1.0, {someView()}).result.accepted);
+  EXPECT_THROW(pipeline.loadCt("/nowhere/ct.nii.gz"), VolumeError);
+  Volume empty;
+  EXPECT_THROW(pipeline.setCt(empty), VolumeError);
+  EXPECT_EQ(pipeline.state(), TrackingState::kTracking);
+  EXPECT_TRUE(pipeline.process(1.1, {someView()}).result.accepted);
+}
+
+TEST_F(Pipeline, ACtIsMovedInAndKeptUntilItIsDropped) {
+  RegistrationPipeline pipeline = make();
+  Volume ct = whiteCube(16);
+  const std::int16_t* voxels = ct.hu.data();
+  pipeline.setCt(std::move(ct));
+  ASSERT_TRUE(pipeline.ct());
+  EXPECT_EQ(pipeline.ct()->hu.data(), voxels);
+  pipeline.dropCt();
+  EXPECT_FALSE(pipeline.ct());
+  EXPECT_TRUE(pipeline.hasCt());
+}
+
+TEST_F(Pipeline, ImagesAreNotCopiedOnTheirWayToTheSolverAndTheOverlay) {
+  RegistrationPipeline pipeline = make();
+  pipeline.setCt(whiteCube(16));
+  pipeline.setPose(somePose());
+  std::vector<RawView> views = {someView()};
+  const float* pixels = views[0].image->pixels.pixels.data();
+  const FrameOutcome outcome = pipeline.process(1.0, std::move(views));
+  ASSERT_TRUE(outcome.views.at(0));
+  EXPECT_EQ(outcome.views[0]->xray->attenuation.pixels.data(), pixels);
+  EXPECT_EQ(script_.last_views.at(0).xray, outcome.views[0]->xray);
+}
+
+TEST_F(Pipeline, AfterARebuildTheFirstFrameIsAColdStartFromTheLastPose) {
+  RegistrationPipeline pipeline = make();
+  pipeline.setCt(whiteCube(16));
+  pipeline.setPose(somePose(5.0));
+  ASSERT_TRUE(pipeline.process(1.0, {someView()}).result.accepted);
+  EXPECT_TRUE(script_.last_was_empty);
+  ASSERT_TRUE(pipeline.process(1.1, {someView()}).result.accepted);
+  EXPECT_FALSE(script_.last_was_empty);
+
+  script_.failures_to_register = 1;
+  EXPECT_FALSE(pipeline.process(1.2, {someView()}).result.accepted);
+  EXPECT_EQ(pipeline.lastAcceptedStamp(), 1.1);
+  ASSERT_TRUE(pipeline.process(1.3, {someView()}).result.accepted);
+  EXPECT_TRUE(script_.last_was_empty) << "a registrar that has learnt nothing must not be told to track";
+  EXPECT_TRUE(script_.last_start.isApprox(somePose(5.0)));
+}
+
+TEST_F(Pipeline, APictureThatBreaksTheDeviceCostsOneRebuildAndNoPose) {
+  RegistrationPipeline pipeline = make();
+  pipeline.setCt(whiteCube(16));
+  pipeline.setPose(somePose(5.0));
+  ASSERT_TRUE(pipeline.process(1.0, {someView()}).result.accepted);
+  script_.failures_to_render = 1;
+  const XrayCamera camera{32, 24, 1000.0, 1000.0, 15.5, 11.5};
+  EXPECT_TRUE(pipeline.renderDrr(camera, somePose()).empty());
+  EXPECT_FALSE(pipeline.renderDrr(camera, somePose()).empty());
+  ASSERT_TRUE(pipeline.process(1.1, {someView()}).result.accepted);
+  EXPECT_TRUE(script_.last_was_empty);
+  EXPECT_TRUE(script_.last_start.isApprox(somePose(5.0)));
+}
+
+TEST_F(Pipeline, WhatEarlierFramesTaughtGoesWithThePose) {
+  RegistrationPipeline pipeline = make();
+  pipeline.setCt(whiteCube(16));
+  const auto nextIsCold = [&](double stamp_s) {
+    pipeline.process(stamp_s, {someView()});
+    return script_.last_was_empty;
+  };
+  pipeline.setPose(somePose());
+  EXPECT_TRUE(nextIsCold(1.0));
+  EXPECT_FALSE(nextIsCold(1.1));
+  pipeline.setPose(somePose());
+  EXPECT_TRUE(nextIsCold(1.2));
+  pipeline.reset();
+  pipeline.setPose(somePose());
+  EXPECT_TRUE(nextIsCold(1.3));
+  const int before = script_.forgotten;
+  pipeline.setCt(whiteCube(8));
+  EXPECT_GT(script_.forgotten, before);
+}
+
+TEST_F(Pipeline, AStartThatTheMethodRefusesIsNotRegistered) {
+  RegistrationPipeline pipeline = make();
+  pipeline.setCt(whiteCube(16));
+  pipeline.setPose(somePose());
+  script_.solves = false;
+  const FrameOutcome outcome = pipeline.process(1.0, {someView()});
+  EXPECT_FALSE(outcome.registered);
+  EXPECT_FALSE(outcome.result.accepted);
+  EXPECT_EQ(outcome.result.reason, "the start is of no use");
+  script_.solves = true;
+  EXPECT_TRUE(pipeline.process(1.1, {someView()}).registered);
+}
+
+TEST(PipelineWithThePapersMethod, ARefusedStartIsNotRegistered) {
   NodeParameters parameters;
-  parameters.image.mask = "/nowhere/mask.png";
-  try {
-    make(parameters);
-    FAIL();
-  } catch (const ParameterError& error) {
-    EXPECT_NE(std::string(error.what()).find("image/mask"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("/nowhere/mask.png"), std::string::npos);
-  }
+  parameters.registrar.method = Method::kPaper;
+  parameters.device = "cpu";
+  parameters.views = {"a", "b"};
+  RegistrationPipeline pipeline(parameters);
+  pipeline.setCt(whiteCube(16));
+  pipeline.setPose(somePose());
+  const FrameOutcome outcome = pipeline.process(1.0, {someView("a"), someView("b")});
+  EXPECT_NE(outcome.result.reason.find("one view"), std::string::npos) << outcome.result.reason;
+  EXPECT_FALSE(outcome.registered);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "xray_registration/common/statistics.h"
-#include "xray_registration/evaluation/trials.h"
+#include "xray_registration/evaluation/trial.h"
 
 namespace xray_registration {
 

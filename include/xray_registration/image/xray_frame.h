@@ -80,10 +80,11 @@ double estimateOpenField(const FloatImage& transmission, double saturation_value
 /// pixels stay finite. Saturated pixels stay in the mask: they say that (nearly) nothing was in the way. Integer images
 /// of kind kAttenuation are scaled so that full scale is 8, near what a true −log of 12 bits has; full scale is the
 /// smallest 2ⁿ − 1 that holds the image, as 12-bit detectors fill 16-bit images.
+/// @param raw  Moved in, its pixels become the attenuation in place.
 /// @param saturation_value  Largest value of the encoding (255, 65535); ≤ 0 or infinite when there is none (floats).
 /// @param maps  Saves making them for every frame; the result is the same without.
 /// @throws FrameError when the calibration or the image (constant, not finite) cannot be used.
-XrayFrame makeXrayFrame(const FloatImage& raw, double saturation_value, const Calibration& calibration,
+XrayFrame makeXrayFrame(FloatImage raw, double saturation_value, const Calibration& calibration,
                         const LinearizeOptions& options, UndistortionMaps* maps = nullptr);
 
 }  // namespace xray_registration

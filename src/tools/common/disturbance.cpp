@@ -1,7 +1,7 @@
 #include "tools/common/disturbance.h"
 
 #include "tools/common/command_line.h"
-#include "xray_registration/evaluation/trials.h"
+#include "xray_registration/evaluation/random_starts.h"
 
 namespace xray_registration::tools {
 

@@ -14,11 +14,10 @@ const EvaluationFrame& frameOf(const Trial& trial, const std::vector<EvaluationF
 
 }  // namespace
 
-std::vector<ConvergenceCurve> convergenceOf(Registrar* registrar, const RegistrarOptions& options,
-                                            const std::vector<EvaluationFrame>& frames,
+std::vector<ConvergenceCurve> convergenceOf(RegistrationPipeline* pipeline, const std::vector<EvaluationFrame>& frames,
                                             const std::vector<Trial>& trials, const Eigen::Vector3d& centre_ct_mm,
                                             double target_size_mm, std::size_t count) {
-  const std::vector<Eigen::Vector3d> targets_ct_mm = targetGrid(centre_ct_mm, target_size_mm);
+  const NodeParameters parameters = pipeline->parameters();
   std::vector<ConvergenceCurve> curves(std::min(count, trials.size()));
   int longest = 0;
   for (std::size_t i = 0; i < curves.size(); ++i) {
@@ -27,26 +26,25 @@ std::vector<ConvergenceCurve> convergenceOf(Registrar* registrar, const Registra
     longest = std::max(longest, trials[i].result.iterations);
   }
   // The budget is that of one descent; a search that was repeated has counted several.
-  longest = std::min(longest, std::max(options.max_steps_per_frame, options.paper_max_iterations));
+  longest =
+      std::min(longest, std::max(parameters.registrar.max_steps_per_frame, parameters.registrar.paper_max_iterations));
   ProgressBar bar("convergence", static_cast<std::size_t>(longest));
   // Each point is a whole registration, so they lie closer where more happens.
   for (int budget = 1; budget <= longest; budget += 1 + budget / 5) {
     bar.advanceTo(static_cast<std::size_t>(budget));
-    RegistrarOptions limited = options;
+    RegistrarOptions limited = parameters.registrar;
     limited.max_steps_per_frame = budget;
     limited.paper_max_iterations = budget;
-    if (!registrar->setOptions(limited)) return {};
+    pipeline->setTuning(limited, parameters.tracker);
     for (std::size_t i = 0; i < curves.size(); ++i) {
       if (budget >= trials[i].result.iterations) continue;
-      const EvaluationFrame& frame = frameOf(trials[i], frames);
-      const RigidTransform T_camera_ct_start =
-          updatedPose(frame.T_camera_ct_true, trials[i].disturbance, frame.T_camera_ct_true * centre_ct_mm);
-      const RegistrationResult result = registrar->registerFrame(frame.views, T_camera_ct_start, false);
+      const Trial limited_trial =
+          runTrial(pipeline, frameOf(trials[i], frames), trials[i].disturbance, centre_ct_mm, target_size_mm);
       curves[i].steps.push_back(budget);
-      curves[i].mtre_mm.push_back(poseError(result.T_camera_ct, frame.T_camera_ct_true, targets_ct_mm).mtre_mm);
+      curves[i].mtre_mm.push_back(limited_trial.final.mtre_mm);
     }
   }
-  registrar->setOptions(options);
+  pipeline->setTuning(parameters.registrar, parameters.tracker);
   for (std::size_t i = 0; i < curves.size(); ++i) {
     curves[i].steps.push_back(std::max(trials[i].result.iterations, 1));
     curves[i].mtre_mm.push_back(trials[i].final.mtre_mm);

@@ -3,15 +3,14 @@
 #include <vector>
 
 #include "tools/evaluate/plot.h"
-#include "xray_registration/registration/registrar_options.h"
+#include "xray_registration/evaluation/trials.h"
 
 namespace xray_registration::tools {
 
 /// Repeats the first `count` trials with growing budgets of steps and measures how far each came. Solvers are
-/// deterministic, so a budget of n shows where the full run stood after n steps. Restores `options` afterwards. Empty
-/// when the registrar cannot change its options.
-std::vector<ConvergenceCurve> convergenceOf(Registrar* registrar, const RegistrarOptions& options,
-                                            const std::vector<EvaluationFrame>& frames,
+/// deterministic, so a budget of n shows where the full run stood after n steps. The pipeline has its tuning back
+/// afterwards.
+std::vector<ConvergenceCurve> convergenceOf(RegistrationPipeline* pipeline, const std::vector<EvaluationFrame>& frames,
                                             const std::vector<Trial>& trials, const Eigen::Vector3d& centre_ct_mm,
                                             double target_size_mm, std::size_t count = 8);
 

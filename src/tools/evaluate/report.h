@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "xray_registration/evaluation/trial_statistics.h"
+#include "xray_registration/evaluation/trials.h"
 
 namespace xray_registration::tools {
 

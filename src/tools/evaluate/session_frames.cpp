@@ -3,42 +3,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "xray_registration/common/stopwatch.h"
-#include "xray_registration/ros/conversions.h"
+#include "tools/common/bag_frames.h"
 
 namespace xray_registration::tools {
-namespace {
 
-RawView rawView(const BagView& view, const BagViewData& data) {
-  RawView raw;
-  raw.name = view.name;
-  raw.T_view_first = view.T_view_first;
-  if (!data.image || !data.camera_info) {
-    raw.problem = data.image ? "its image has no camera_info" : "it has no image";
-    return raw;
-  }
-  raw.image = rawImage(*data.image);
-  raw.calibration = calibration(*data.camera_info);
-  return raw;
-}
-
-EvaluationFrame preparedFrame(const BagSession& session, const BagFrame& bag_frame,
-                              const RegistrationPipeline& pipeline) {
-  EvaluationFrame frame;
-  frame.stamp_s = bag_frame.stamp.toSec();
-  frame.T_camera_ct_true = *bag_frame.T_first_ct_true;
-  const Stopwatch watch;
-  for (std::size_t i = 0; i < session.views().size(); ++i) {
-    frame.views.push_back(pipeline.makeView(rawView(session.views()[i], bag_frame.views[i])));
-  }
-  frame.prepare_ms = watch.milliseconds();
-  return frame;
-}
-
-}  // namespace
-
-std::vector<EvaluationFrame> sessionFrames(const BagSession& session, const RegistrationPipeline& pipeline,
+std::vector<EvaluationFrame> sessionFrames(const BagSession& session, const NodeParameters& parameters,
                                            std::size_t limit, const Logger& logger) {
+  FrameMaker maker(parameters.image, parameters.viewNames());
   std::vector<EvaluationFrame> frames;
   std::size_t without_pose = 0;
   for (std::size_t i = 0; i < session.frameCount() && frames.size() < limit; ++i) {
@@ -47,11 +18,16 @@ std::vector<EvaluationFrame> sessionFrames(const BagSession& session, const Regi
       ++without_pose;
       continue;
     }
-    try {
-      frames.push_back(preparedFrame(session, bag_frame, pipeline));
-      frames.back().index = static_cast<int>(i);
-    } catch (const FrameError& error) {
-      log(logger, LogLevel::kWarning, "frame " + std::to_string(i) + " is left out: " + error.what());
+    EvaluationFrame frame;
+    frame.index = static_cast<int>(i);
+    frame.stamp_s = bag_frame.stamp.toSec();
+    frame.views = rawViews(session, bag_frame);
+    frame.T_camera_ct_true = *bag_frame.T_first_ct_true;
+    const std::string problem = maker.make(frame.views).problem;
+    if (problem.empty()) {
+      frames.push_back(std::move(frame));
+    } else {
+      log(logger, LogLevel::kWarning, "frame " + std::to_string(i) + " is left out: " + problem);
     }
   }
   if (without_pose > 0) {

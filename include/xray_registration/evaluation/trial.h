@@ -1,0 +1,20 @@
+#pragma once
+
+#include "xray_registration/evaluation/pose_error.h"
+#include "xray_registration/registration/registrar.h"
+
+namespace xray_registration {
+
+/// One registration whose truth is known.
+struct Trial {
+  int frame = 0;  ///< EvaluationFrame::index.
+  double stamp_s = 0.0;
+  Twist disturbance = Twist::Zero();  ///< Start against truth, about the centre of the targets.
+  PoseError start;
+  PoseError final;
+  RegistrationResult result;  ///< Its pose is the start where nothing was found.
+  double prepare_ms = 0.0;    ///< From the images in memory: linearised, undistorted, masked.
+  double solve_ms = 0.0;      ///< Wall clock of the registration, uploads of images and verdict included.
+};
+
+}  // namespace xray_registration

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "xray_registration/image/raw_image.h"
+#include "xray_registration/pipeline/parameters.h"
+#include "xray_registration/registration/registrar.h"
+
+namespace xray_registration {
+
+/// One view of a frame as it came in: either pixels with their calibration, or why there are none.
+struct RawView {
+  std::string name;  ///< As in the parameter `views`; empty for a single view.
+  std::optional<RawImage> image;
+  Calibration calibration;
+  RigidTransform T_view_first = RigidTransform::Identity();  ///< Points of the first view's camera into this one's.
+  std::string problem;                                       ///< Why `image` is empty, in words.
+};
+
+/// A frame's views as a registrar takes them.
+struct FrameViews {
+  std::vector<std::optional<ViewInput>> views;  ///< As many as came in, in their order; empty where one is missing.
+  std::vector<std::string> used;                ///< Names of the views that are there,
+  std::vector<std::string> missing;             ///< and of those that are not.
+  std::string problem;                          ///< Why views are missing, in words; empty when all are there.
+  double prepare_ms = 0.0;
+};
+
+/// Turns pixels into what is registered: linearises, straightens, masks. Keeps the masks of the parameters and the
+/// undistortion maps of the views. Not thread-safe.
+class FrameMaker {
+ public:
+  /// Reads the masks that the parameters name.
+  /// @throws ParameterError when a mask cannot be read.
+  FrameMaker(const ImageParameters& options, const std::vector<std::string>& view_names);
+
+  /// What is wrong with a view is said in the result; nothing is thrown for it. Hand the views over by std::move: their
+  /// pixels become the attenuation in place.
+  FrameViews make(std::vector<RawView> views);
+
+ private:
+  ViewInput makeView(RawView raw);
+
+  ImageParameters options_;
+  std::map<std::string, MaskImage> masks_;        ///< By view.
+  std::map<std::string, UndistortionMaps> maps_;  ///< By view, kept between frames.
+};
+
+}  // namespace xray_registration

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "xray_registration/registration/registrar.h"
+
+namespace xray_registration {
+
+/// What a tracker is given instead of the registrar itself.
+///
+/// Lets a frame go on without its first view: the registrar sees the first view that is there as the first, the caller
+/// keeps the pose in the camera frame of the first one of all.
+///
+/// Registrars promise finite poses; a broken promise is a refused frame and reaches neither the tracker nor tf.
+class CheckedRegistrar : public Registrar {
+ public:
+  explicit CheckedRegistrar(Registrar* registrar) : registrar_(registrar) {}
+
+  RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_first_ct_start,
+                                   bool tracking) override;
+
+  void setVolume(const AttenuationVolume& volume) override { registrar_->setVolume(volume); }
+  bool hasVolume() const override { return registrar_->hasVolume(); }
+  void forget() override { registrar_->forget(); }
+  FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override {
+    return registrar_->renderDrr(camera, T_camera_ct);
+  }
+  Eigen::Vector3d centreCt() const override { return registrar_->centreCt(); }
+  bool setOptions(const RegistrarOptions& options) override { return registrar_->setOptions(options); }
+  std::string deviceName() const override { return registrar_->deviceName(); }
+  std::size_t deviceBytes() const override { return registrar_->deviceBytes(); }
+
+ private:
+  Registrar* registrar_;
+};
+
+}  // namespace xray_registration
