@@ -4,8 +4,7 @@ find_package(OpenCL REQUIRED)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   # Named components: the bare package drags in MPI, FFTW and VTK.
   find_package(ITK REQUIRED COMPONENTS
-    ITKCommon ITKIOImageBase ITKIONIFTI ITKIONRRD ITKIOMeta ITKIOGDCM ITKImageIntensity ITKMesh ITKQuadEdgeMesh
-    ITKQuadEdgeMeshFiltering ITKImageGrid ITKSmoothing)
+    ITKCommon ITKIOImageBase ITKIONIFTI ITKIONRRD ITKIOMeta ITKIOGDCM ITKMesh)
   find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs calib3d)
 endif()
 
