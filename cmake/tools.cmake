@@ -33,7 +33,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   set(common ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/common)
   add_library(xray_registration_tools_common STATIC
     ${common}/command_line.cpp ${common}/ct_source.cpp ${common}/disturbance.cpp ${common}/image_files.cpp
-    ${common}/pose_json.cpp ${common}/progress_bar.cpp ${common}/session_generator.cpp ${common}/trajectory.cpp
+    ${common}/json_files.cpp ${common}/picture.cpp ${common}/progress_bar.cpp ${common}/session_generator.cpp ${common}/trajectory.cpp
     ${common}/yaml_files.cpp)
   target_link_libraries(xray_registration_tools_common PRIVATE xray_registration_warnings)
   target_include_directories(xray_registration_tools_common PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/src)
@@ -51,13 +51,23 @@ if(XRAY_REGISTRATION_ROS)
   target_link_libraries(xray_registration_tools_ros PRIVATE xray_registration_warnings)
   target_link_libraries(xray_registration_tools_ros PUBLIC xray_registration_tools_common xray_registration_ros)
 
+  xray_tool(compare_poses ROS)
   xray_tool(register_bag ROS)
   xray_tool(simulate_session ROS)
   xray_tool(simulator_node ROS)
   xray_tool(demo_monitor ROS)
 
+  # Draws the tools' reports; evaluate --plot looks for it where it stands itself. The source is not executable, nor is
+  # catkin_install_python used, which leaves a copy in the build folder: rosrun asks which one is meant when it finds two.
+  set(plot_results ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}/plot_results)
+  add_custom_command(OUTPUT ${plot_results} DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/scripts/plot_results
+    COMMAND install -m 755 ${CMAKE_CURRENT_SOURCE_DIR}/scripts/plot_results ${plot_results})
+  add_custom_target(plot_results ALL DEPENDS ${plot_results})
+  install(PROGRAMS scripts/plot_results DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
   file(GLOB evaluate_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate/*.cpp)
   xray_tool(evaluate ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate.cpp ${evaluate_sources})
+  add_dependencies(evaluate plot_results)
 endif()
 
 # The benchmark is in every build; in the compute-only one it needs the headers of CLI11 and nlohmann-json alone.
@@ -70,9 +80,6 @@ if(CLI11_FOUND AND nlohmann_json_FOUND)
     ${benchmark}/paper_tables.cpp ${benchmark}/paper_tables_print.cpp ${benchmark}/profile.cpp
     ${benchmark}/registration_rows.cpp ${benchmark}/report.cpp
     ${benchmark}/step_rows.cpp)
-  if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
-    list(APPEND benchmark_sources ${benchmark}/growth_plot.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate/panel.cpp)
-  endif()
   if(XRAY_REGISTRATION_ROS)
     xray_tool(benchmark ROS SOURCES ${benchmark_sources} ${benchmark}/bag_rows.cpp)
     target_compile_definitions(benchmark PRIVATE XRAY_BENCHMARK_READS_BAGS)
@@ -80,7 +87,8 @@ if(CLI11_FOUND AND nlohmann_json_FOUND)
     xray_tool(benchmark SOURCES ${benchmark_sources} LIBRARIES xray_registration_tools_common)
   else()
     set(common ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/common)
-    xray_tool(benchmark SOURCES ${benchmark_sources} ${common}/command_line.cpp ${common}/progress_bar.cpp
+    xray_tool(benchmark SOURCES ${benchmark_sources} ${common}/command_line.cpp ${common}/json_files.cpp
+      ${common}/progress_bar.cpp
       LIBRARIES CLI11::CLI11 nlohmann_json::nlohmann_json)
   endif()
   if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)

@@ -26,7 +26,7 @@ bool SuccessCriteria::isSuccess(const PoseError& error) const {
 }
 
 bool SuccessCriteria::isFalseAcceptance(const Trial& trial) const {
-  return trial.result.accepted && trial.final.mtre_mm > false_acceptance_mtre_mm;
+  return trial.result.accepted && isWrong(trial.final);
 }
 
 bool SuccessCriteria::isFalseRefusal(const Trial& trial) const {

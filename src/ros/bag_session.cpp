@@ -269,34 +269,47 @@ BagFrame BagSession::frame(std::size_t index) const {
   return frame;
 }
 
-StampedPose readFirstPose(const std::string& bag_path, const std::string& topic) {
-  const auto bag = openBag(bag_path);
-  rosbag::View query(*bag, rosbag::TopicQuery(topic));
-  std::string other_type;
-  for (const rosbag::MessageInstance& message : query) {
-    std_msgs::Header header;
-    geometry_msgs::Pose pose;
-    if (const auto stamped = message.instantiate<geometry_msgs::PoseStamped>()) {
-      header = stamped->header;
-      pose = stamped->pose;
-    } else if (const auto with_covariance = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
-      header = with_covariance->header;
-      pose = with_covariance->pose.pose;
-    } else {
-      other_type = message.getDataType();
-      continue;
+namespace {
+
+/// Adds the poses that a message holds. False when it is of another type.
+bool appendPoses(const rosbag::MessageInstance& message, const std::string& ct_frame, std::vector<StampedPose>* poses) {
+  const std::string topic = message.getTopic();
+  const auto append = [poses](const std_msgs::Header& header, const RigidTransform& T_frame_ct) {
+    poses->push_back({withoutOuterSlashes(header.frame_id), header.stamp, T_frame_ct});
+  };
+  if (const auto stamped = message.instantiate<geometry_msgs::PoseStamped>()) {
+    append(stamped->header, fromPose(stamped->pose, topic));
+  } else if (const auto with_covariance = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+    append(with_covariance->header, fromPose(with_covariance->pose.pose, topic));
+  } else if (const auto transforms = message.instantiate<tf2_msgs::TFMessage>()) {
+    for (const auto& transform : transforms->transforms) {
+      if (withoutOuterSlashes(transform.child_frame_id) != ct_frame) continue;
+      append(transform.header, fromTransform(transform.transform, topic));
     }
+  } else {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<StampedPose> readPoses(const std::string& bag_path, const std::string& topic, const std::string& ct_frame,
+                                   std::size_t limit) {
+  const auto bag = openBag(bag_path);
+  std::vector<StampedPose> poses;
+  for (const rosbag::MessageInstance& message : rosbag::View(*bag, rosbag::TopicQuery(topic))) {
+    if (poses.size() >= limit) break;
     try {
-      return {withoutOuterSlashes(header.frame_id), header.stamp, fromPose(pose, topic)};
+      if (appendPoses(message, ct_frame, &poses)) continue;
     } catch (const std::exception& error) {
       throw BagSessionError(bag_path + ": " + error.what());
     }
+    throw BagSessionError(bag_path + ": " + topic + " has type " + message.getDataType() +
+                          ", not geometry_msgs/PoseStamped, PoseWithCovarianceStamped or tf2_msgs/TFMessage");
   }
-  if (!other_type.empty()) {
-    throw BagSessionError(bag_path + ": " + topic + " has type " + other_type +
-                          ", not geometry_msgs/PoseStamped or PoseWithCovarianceStamped");
-  }
-  throw BagSessionError(bag_path + ": has no message on " + topic);
+  if (poses.empty()) throw BagSessionError(bag_path + ": has no pose on " + topic);
+  return poses;
 }
 
 struct BagSessionWriter::Implementation {

@@ -11,6 +11,7 @@
 #include "tools/benchmark/scenes.h"
 #include "tools/benchmark/step_rows.h"
 #include "tools/common/command_line.h"
+#include "tools/common/json_files.h"
 #ifdef XRAY_BENCHMARK_READS_CT
 #include "xray_registration/volume/volume_io.h"
 #endif
@@ -29,7 +30,6 @@ struct Arguments {
   std::string ct;
   std::string bag;
   std::string views;
-  std::string plot;
   std::string only;
   std::string device = "auto";
   bool quick = false;
@@ -53,8 +53,8 @@ void addOptions(CLI::App* app, Arguments* arguments) {
   app->add_option("--ct", arguments->ct, "Table II on this CT as well, and the CT of --bag")->check(CLI::ExistingPath);
   app->add_option("--bag", arguments->bag, "time tracked frames of this session; needs --ct")->check(CLI::ExistingFile);
   app->add_option("--views", arguments->views, "views of the session to use, as a,b (default: all)");
-  app->add_flag("--growth", arguments->growth, "also how times grow with CT size, image size and views");
-  app->add_option("--plot", arguments->plot, "draw the growth curves here (PNG); needs --growth");
+  app->add_flag("--growth", arguments->growth,
+                "also how times grow with CT size, image size and views (plot_results draws it)");
   app->add_option(
       "--only", arguments->only,
       "parts to run, comma-separated: steps, drr, upload, memory, frames, ceiling, tables (the paper's, and "
@@ -64,17 +64,14 @@ void addOptions(CLI::App* app, Arguments* arguments) {
 
 void check(const Arguments& arguments) {
   if (!arguments.json.empty()) requireWritableParent(arguments.json, "--json");
-  if (!arguments.plot.empty()) requireWritableParent(arguments.plot, "--plot");
   for (const std::string& part : splitList(arguments.only)) {
     if (std::find(kParts.begin(), kParts.end(), part) == kParts.end())
       throw ArgumentError("--only: there is no part '" + part + "'");
   }
-  if (!arguments.plot.empty() && !arguments.wants("growth")) throw ArgumentError("--plot needs --growth");
   if (!arguments.bag.empty() && arguments.ct.empty()) throw ArgumentError("--bag needs --ct");
   if (!arguments.views.empty() && arguments.bag.empty()) throw ArgumentError("--views needs --bag");
 #ifndef XRAY_BENCHMARK_READS_CT
   if (!arguments.ct.empty()) throw ArgumentError("--ct: this build (XRAY_REGISTRATION_COMPUTE_ONLY) reads no CTs");
-  if (!arguments.plot.empty()) throw ArgumentError("--plot: this build (XRAY_REGISTRATION_COMPUTE_ONLY) has no OpenCV");
 #endif
 #ifndef XRAY_BENCHMARK_READS_BAGS
   if (!arguments.bag.empty()) throw ArgumentError("--bag: this build (XRAY_REGISTRATION_ROS=OFF) reads no bags");
@@ -93,7 +90,7 @@ void runTableTwoOn(const Arguments& arguments, const std::shared_ptr<Device>& de
   const std::string prefix = "registration/table2" + suffix;
   append(&report->rows, rowsOfTableTwo(prefix + "/paper", two));
   append(&report->rows, measureRegistrations(prefix, device, volume, arguments.rounds()));
-  report->tables.push_back({"table2" + suffix, two});
+  report->tables.push_back({"table2" + suffix, false, two});
 }
 
 void runTables(const Arguments& arguments, const std::shared_ptr<Device>& device, BenchmarkReport* report) {
@@ -101,7 +98,7 @@ void runTables(const Arguments& arguments, const std::shared_ptr<Device>& device
   const auto one = runTableOne(device, arguments.quick ? 1 : 3);
   printTableOne(std::cout, one);
   append(&report->rows, rowsOfTableOne(one));
-  report->tables.push_back({"table1", one});
+  report->tables.push_back({"table1", true, one});
   runTableTwoOn(arguments, device, tableTwoPhantom(), "head phantom", "", report);
 }
 
@@ -116,9 +113,6 @@ void runPhantoms(const Arguments& arguments, const std::shared_ptr<Device>& devi
   if (arguments.wants("ceiling")) report->ceiling = measureCeiling(device, rounds, arguments.quick);
   if (arguments.wants("tables")) runTables(arguments, device, report);
   if (arguments.wants("growth")) append(rows, measureGrowth(device, arguments.quick ? 3 : 15, arguments.quick));
-#ifdef XRAY_BENCHMARK_READS_CT
-  if (!arguments.plot.empty()) drawGrowth(arguments.plot, *rows);
-#endif
 }
 
 #ifdef XRAY_BENCHMARK_READS_CT
@@ -153,7 +147,7 @@ void benchmark(const Arguments& arguments) {
   printRows(std::cout, report.rows);
   printCeiling(std::cout, report.ceiling);
   printGoals(std::cout, report.goals);
-  if (!arguments.json.empty()) writeJson(arguments.json, report);
+  if (!arguments.json.empty()) writeJson(arguments.json, toJson(report));
 }
 
 }  // namespace

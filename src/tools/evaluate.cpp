@@ -1,15 +1,14 @@
 // Random starts around a recorded session's true poses: how often, how exactly and how fast the registration finds
 // back, and whether its verdict can be trusted.
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <limits>
-#include <opencv2/imgcodecs.hpp>
 
 #include "tools/common/command_line.h"
+#include "tools/common/json_files.h"
+#include "tools/common/picture.h"
 #include "tools/common/progress_bar.h"
 #include "tools/evaluate/convergence.h"
-#include "tools/evaluate/plot.h"
 #include "tools/evaluate/report.h"
 #include "tools/evaluate/session_frames.h"
 #include "xray_registration/common/stopwatch.h"
@@ -69,7 +68,9 @@ void addOptions(CLI::App* app, Arguments* arguments) {
                 "the poses in the bag are a reference with an error of its own; say how far the solution that starts "
                 "there ends from it");
   app->add_option("--json", arguments->json, "write all trials and the summary here");
-  app->add_option("--plot", arguments->plot, "draw errors, success, convergence and the verdict here (PNG)");
+  app->add_option("--plot", arguments->plot,
+                  "draw errors, success, convergence and the verdict here (PNG); without --json what it shows is "
+                  "written beside it, as .json");
   app->add_flag("--verbose", arguments->verbose, "say more on standard error");
 }
 
@@ -131,21 +132,10 @@ std::vector<Trial> runAll(RegistrationPipeline* pipeline, const std::vector<Eval
   return followFrames(pipeline, frames, centre_ct_mm, run.options.target_size_mm, progress);
 }
 
-void writeJson(const std::string& path, const nlohmann::json& report) {
-  std::ofstream file(path);
-  file << report.dump(1) << '\n';
-  file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
-}
-
-void writePlot(const std::string& path, const cv::Mat& picture) {
-  bool written = false;
-  try {
-    written = cv::imwrite(path, picture);
-  } catch (const cv::Exception& error) {
-    throw std::runtime_error(path + ": cannot be written: " + error.err);
-  }
-  if (!written) throw std::runtime_error(path + ": cannot be written");
+/// Where the report goes: a picture is drawn from it, so it is then written in any case.
+std::string reportPath(const Arguments& arguments) {
+  if (!arguments.json.empty() || arguments.plot.empty()) return arguments.json;
+  return std::filesystem::path(arguments.plot).replace_extension(".json");
 }
 
 void evaluate(const Arguments& arguments) {
@@ -175,13 +165,13 @@ void evaluate(const Arguments& arguments) {
   }
   const SuccessCriteria criteria = successCriteria(static_cast<int>(run.views.size()));
   printTable(std::cout, run, trials, criteria);
-  if (!arguments.json.empty()) writeJson(arguments.json, toJson(run, trials, criteria));
-  if (!arguments.plot.empty()) {
-    const auto convergence = run.tracking
-                                 ? std::vector<ConvergenceCurve>{}
-                                 : convergenceOf(&pipeline, frames, trials, centre_ct_mm, run.options.target_size_mm);
-    writePlot(arguments.plot, drawPlot(trials, criteria, convergence));
+  std::vector<ConvergenceCurve> convergence;
+  if (!arguments.plot.empty() && !run.tracking) {
+    convergence = convergenceOf(&pipeline, frames, trials, centre_ct_mm, run.options.target_size_mm);
   }
+  const std::string report = reportPath(arguments);
+  if (!report.empty()) writeJson(report, toJson(run, trials, criteria, convergence));
+  if (!arguments.plot.empty()) drawPicture("evaluation", arguments.plot, report);
 }
 
 }  // namespace

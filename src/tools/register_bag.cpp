@@ -12,8 +12,8 @@
 #include "tools/common/bag_frames.h"
 #include "tools/common/command_line.h"
 #include "tools/common/disturbance.h"
+#include "tools/common/json_files.h"
 #include "tools/common/message_files.h"
-#include "tools/common/pose_json.h"
 #include "tools/common/progress_bar.h"
 #include "tools/common/yaml_files.h"
 #include "xray_registration/common/statistics.h"
@@ -98,7 +98,7 @@ RigidTransform inFirstView(const BagSession& session, const std::string& frame_i
 RigidTransform startPose(const Arguments& arguments, const BagSession& session, const NodeParameters& parameters) {
   if (!arguments.initial_pose.empty()) return readPoseFile(arguments.initial_pose);
   if (!arguments.initial_pose_topic.empty()) {
-    const StampedPose pose = readFirstPose(arguments.bag, arguments.initial_pose_topic);
+    const StampedPose pose = readPoses(arguments.bag, arguments.initial_pose_topic, parameters.frames.ct, 1).front();
     return inFirstView(session, pose.frame_id, pose.T_frame_ct, arguments.initial_pose_topic);
   }
   if (parameters.initial_pose) {
@@ -239,7 +239,8 @@ void writeOutput(const Arguments& arguments, const BagSession& session, const st
   output.close();
 }
 
-void writeResults(const std::string& path, const std::vector<FrameRecord>& records) {
+void writeResults(const std::string& path, const RigidTransform& T_camera_ct_start,
+                  const std::vector<FrameRecord>& records) {
   nlohmann::json frames = nlohmann::json::array();
   for (const auto& record : records) {
     const RegistrationResult& result = record.outcome.result;
@@ -255,7 +256,7 @@ void writeResults(const std::string& path, const std::vector<FrameRecord>& recor
     }
     frames.push_back(frame);
   }
-  writeJson(path, {{"frames", frames}});
+  writeJson(path, {{"start", toJson(T_camera_ct_start)}, {"frames", frames}});
 }
 
 void printSummary(const std::vector<FrameRecord>& records) {
@@ -291,18 +292,19 @@ void run(const Arguments& arguments) {
   options.tolerance_s = probe.sync.tolerance_s;
   const BagSession session(arguments.bag, options, logger);
   const NodeParameters parameters = parametersOf(arguments, session, logger);
-  const RigidTransform start = startPose(arguments, session, parameters);
+  const RigidTransform undisturbed = startPose(arguments, session, parameters);
 
   RegistrationPipeline pipeline(parameters, logger);
   pipeline.openDevice();
   pipeline.loadCt(arguments.ct, parameters.ct.read.series_uid);
   pipeline.dropCt();
-  pipeline.setPose(disturbedPose(start, arguments.disturb, arguments.seed, pipeline.centreCt()));
+  const RigidTransform start = disturbedPose(undisturbed, arguments.disturb, arguments.seed, pipeline.centreCt());
+  pipeline.setPose(start);
   if (!arguments.overlay.empty()) std::filesystem::create_directory(arguments.overlay);
 
   const auto records = registerFrames(arguments, session, &pipeline);
   writeOutput(arguments, session, records, pipeline);
-  if (!arguments.json.empty()) writeResults(arguments.json, records);
+  if (!arguments.json.empty()) writeResults(arguments.json, start, records);
   printSummary(records);
 }
 
@@ -317,8 +319,9 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   auto* file = app.add_option("--initial-pose", arguments.initial_pose,
                               "start in the first view's frame, YAML (docs/formats.md)")
                    ->check(CLI::ExistingFile);
-  app.add_option("--initial-pose-topic", arguments.initial_pose_topic,
-                 "start from the first PoseStamped or PoseWithCovarianceStamped on this topic of the bag")
+  app.add_option(
+         "--initial-pose-topic", arguments.initial_pose_topic,
+         "start from the first PoseStamped, PoseWithCovarianceStamped or transform to the CT on this topic of the bag")
       ->excludes(file);
   app.add_option("--disturb", arguments.disturb,
                  "DEG,MM: turn the start by so much about the CT's centre and move it by so much (for experiments)");

@@ -6,7 +6,7 @@
 
 #include "tools/common/command_line.h"
 #include "tools/common/ct_source.h"
-#include "tools/common/pose_json.h"
+#include "tools/common/json_files.h"
 #include "tools/common/progress_bar.h"
 #include "tools/common/session_generator.h"
 #include "tools/common/session_messages.h"

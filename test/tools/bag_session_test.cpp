@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <std_msgs/String.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <cstdio>
 #include <fstream>
 
 #include "tools/common/bag_frames.h"
 #include "tools/common/session_messages.h"
+#include "xray_registration/ros/conversions.h"
 
 namespace xray_registration {
 namespace {
@@ -159,7 +161,7 @@ TEST_F(BagSessionTest, BagThatWasNotClosed) {
   writer.close();
   std::remove(open.c_str());
   EXPECT_NE(refusal().find("rosbag reindex " + path_), std::string::npos) << refusal();
-  EXPECT_THROW(readFirstPose(path_, "/ap/ground_truth"), BagSessionError);
+  EXPECT_THROW(readPoses(path_, "/ap/ground_truth", "ct"), BagSessionError);
 }
 
 TEST_F(BagSessionTest, OneImagePerStamp) {
@@ -196,10 +198,10 @@ TEST_F(BagSessionTest, FirstPose) {
   BagSessionWriter writer(path_);
   writer.writeGroundTruth(view("ap"), ros::Time(3.0), somePose());
   writer.close();
-  const StampedPose pose = readFirstPose(path_, "/ap/ground_truth");
+  const StampedPose pose = readPoses(path_, "/ap/ground_truth", "ct", 1).at(0);
   EXPECT_EQ(pose.frame_id, "ap_xray_optical");
   EXPECT_TRUE(pose.T_frame_ct.isApprox(somePose(), 1e-9));
-  EXPECT_THROW(readFirstPose(path_, "/other"), BagSessionError);
+  EXPECT_THROW(readPoses(path_, "/other", "ct"), BagSessionError);
 }
 
 TEST_F(BagSessionTest, FirstPoseMustBeRigid) {
@@ -209,8 +211,32 @@ TEST_F(BagSessionTest, FirstPoseMustBeRigid) {
   bag.write("/pose", ros::Time(1.0), pose);
   bag.write("/words", ros::Time(1.0), std_msgs::String());
   bag.close();
-  EXPECT_THROW(readFirstPose(path_, "/pose"), BagSessionError);
-  EXPECT_THROW(readFirstPose(path_, "/words"), BagSessionError);
+  EXPECT_THROW(readPoses(path_, "/pose", "ct"), BagSessionError);
+  EXPECT_THROW(readPoses(path_, "/words", "ct"), BagSessionError);
+}
+
+TEST_F(BagSessionTest, PosesFromTransforms) {
+  tf2_msgs::TFMessage message;
+  message.transforms.resize(2);
+  for (auto& transform : message.transforms) {
+    transform.header.frame_id = "ap";
+    transform.child_frame_id = "other";
+    transform.transform = toTransform(RigidTransform::Identity());
+  }
+  message.transforms[1].child_frame_id = "ct";
+  message.transforms[1].transform = toTransform(somePose());
+  rosbag::Bag bag(path_, rosbag::bagmode::Write);
+  for (const double stamp_s : {1.0, 2.0}) {
+    message.transforms[1].header.stamp = ros::Time(stamp_s);
+    bag.write("/tf", ros::Time(stamp_s), message);
+  }
+  bag.close();
+  const auto poses = readPoses(path_, "/tf", "ct");
+  ASSERT_EQ(poses.size(), 2U);
+  EXPECT_EQ(poses[1].stamp, ros::Time(2.0));
+  EXPECT_TRUE(poses[1].T_frame_ct.isApprox(somePose(), 1e-9));
+  EXPECT_EQ(readPoses(path_, "/tf", "ct", 1).size(), 1U);
+  EXPECT_THROW(readPoses(path_, "/tf", "patient"), BagSessionError);
 }
 
 TEST_F(BagSessionTest, UnwritableFile) {

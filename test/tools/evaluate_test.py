@@ -31,6 +31,8 @@ class Simulated(tool_case.ToolTest):
         self.assertEqual(len(made['trials']), 12)
         for trial in made['trials']:
             self.assertLessEqual(TRIAL_KEYS, set(trial))
+            self.assertFalse(trial['success'] and trial['wrong'])
+            self.assertEqual(trial['cause'] == '', trial['accepted'])
         self.assertEqual([trial['frame'] for trial in made['trials']], [i % 5 for i in range(12)])
         # The goal on recorded sessions is 95 %; twelve trials allow two failures.
         self.assertGreaterEqual(made['summary']['success_rate'], 10 / 12)
@@ -38,6 +40,20 @@ class Simulated(tool_case.ToolTest):
         for words in ('success', 'false acceptance', 'capture range', 'median'):
             self.assertIn(words, output)
         self.check_is_png('ap.png')
+        self.assertEqual(len(made['convergence']), 8)
+        for curve, trial in zip(made['convergence'], made['trials']):
+            self.assertEqual((curve['steps'][0], curve['mtre'][0]), (0, trial['start_mtre']))
+            self.assertEqual(curve['mtre'][-1], trial['final_mtre'])
+
+    def test_plot_is_drawn_from_a_report_beside_it(self):
+        self.evaluate('--views', 'ap', '--trials', 1, '--plot', self.work('alone.png'))
+        self.check_is_png('alone.png')
+        self.assertEqual(len(self.report('alone.json')['trials']), 1)
+        # The report is there even when the picture is not.
+        _, error = self.evaluate('--views', 'ap', '--trials', 1, '--plot', self.work('alone.docx'), '--json',
+                                 self.work('kept.json'), expect=1)
+        self.assertIn('plot_results evaluation', error)
+        self.assertEqual(len(self.report('kept.json')['trials']), 1)
 
     def test_same_seed_same_result(self):
         for name, seed in (('once', 5), ('again', 5), ('other', 6)):

@@ -16,7 +16,7 @@
 #include <fstream>
 #include <set>
 
-#include "tools/common/pose_json.h"
+#include "tools/common/json_files.h"
 #include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/ros/bag_session.h"
@@ -90,7 +90,8 @@ std::size_t lineCount(const std::string& text) {
 }
 
 TEST_F(ExecutablesTest, HelpIsNoError) {
-  for (const char* tool : {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor"}) {
+  for (const char* tool :
+       {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor", "compare_poses"}) {
     const Outcome outcome = tools().run(std::string(tool) + " --help");
     EXPECT_EQ(outcome.code, 0) << tool;
     EXPECT_NE(outcome.out.find("--help"), std::string::npos) << tool;
@@ -129,6 +130,10 @@ TEST_F(ExecutablesTest, FailuresHaveACodeAndOneClearLine) {
       {"simulate_session --phantom head --frames 0 --output a.bag", 2, "--frames"},
       {"simulate_session --phantom head --views ap --output a.bag", 2, "NAME:DEGREES"},
       {"simulate_session --phantom head --size 3 --output a.bag", 2, "image size"},
+      {"compare_poses --ct head.nii.gz --bag session.bag --reference session.bag", 2, "--reference-topic is required"},
+      {"compare_poses --ct head.nii.gz --bag session.bag --reference session.bag --reference-topic "
+       "/lateral/ground_truth",
+       1, "/xray_registration/pose"},
       {"register_bag --ct head.nii.gz --bag session.bag", 2, "--output is required"},
       {"register_bag --ct none.nii.gz --bag session.bag --output out.bag", 2, "none.nii.gz"},
       {"register_bag --ct head.nii.gz --bag session.bag --output out.bag", 2, "--initial-pose"},
@@ -305,6 +310,44 @@ TEST_F(ExecutablesTest, ImagesWithoutAStampAreRefused) {
     EXPECT_NE(frame["reason"].get<std::string>().find("has no stamp"), std::string::npos) << frame["reason"];
   }
   EXPECT_TRUE(stampsOfCt(tools().path("refused.bag")).empty());
+}
+
+TEST_F(ExecutablesTest, ComparesRecordedPoses) {
+  ASSERT_EQ(tools().run(std::string(kRegister) + "--output found.bag --json found.json").code, 0);
+  const std::string common = "compare_poses --ct head.nii.gz --bag found.bag --reference-topic ";
+  const auto compared = [&common](const std::string& arguments) {
+    const Outcome outcome = tools().run(common + arguments + " --json compared.json");
+    EXPECT_EQ(outcome.code, 0) << outcome.error;
+    return nlohmann::json::parse(contents(tools().path("compared.json")));
+  };
+  const auto found = nlohmann::json::parse(contents(tools().path("found.json")));
+  const std::string truth = "/lateral/ground_truth --reference session.bag";
+  const auto by_pose = compared(truth);
+  ASSERT_EQ(by_pose["summary"]["reference_poses"], 4);
+  ASSERT_EQ(by_pose["summary"]["compared"], by_pose["frames"].size());
+  ASSERT_EQ(by_pose["frames"].size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(by_pose["frames"][i]["stamp"], found["frames"][i]["stamp"]);
+    // The same poses against the same truth; the targets' cubes differ by the CT's centre against its anatomy's.
+    EXPECT_NEAR(by_pose["frames"][i]["inplane"].get<double>(), found["frames"][i]["inplane"].get<double>(), 0.2);
+  }
+  // What tf holds is what the pose's topic holds, and a bag differs from itself by rounding alone.
+  EXPECT_NEAR(compared(truth + " --topic /tf")["summary"]["mtre"]["p99"].get<double>(),
+              by_pose["summary"]["mtre"]["p99"].get<double>(), 1e-9);
+  EXPECT_LT(compared("/xray_registration/pose --reference found.bag")["summary"]["mtre"]["p99"].get<double>(), 1e-9);
+
+  EXPECT_NE(tools().run(common + "/none --reference session.bag").error.find("/none"), std::string::npos);
+}
+
+TEST_F(ExecutablesTest, ReportsTheStart) {
+  std::ofstream(tools().path("start.yaml")) << "{position: [0.1, 0.2, 0.8], orientation: [0, 0, 0, 1]}";
+  ASSERT_EQ(tools()
+                .run("register_bag --ct head.nii.gz --bag session.bag --initial-pose start.yaml --output start.bag "
+                     "--json start.json")
+                .code,
+            0);
+  const auto report = nlohmann::json::parse(contents(tools().path("start.json")));
+  EXPECT_TRUE(rigidFromJson(report["start"]).translation().isApprox(Eigen::Vector3d(100.0, 200.0, 800.0)));
 }
 
 TEST_F(ExecutablesTest, SameInputSamePoses) {

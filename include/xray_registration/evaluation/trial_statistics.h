@@ -16,6 +16,8 @@ struct SuccessCriteria {
 
   bool isSuccess(const PoseError& error) const;
   bool isGrossFailure(const PoseError& error) const { return error.mtre_mm > gross_mtre_mm; }
+  /// Too far off to be accepted; what is neither a success nor wrong is tolerable.
+  bool isWrong(const PoseError& error) const { return error.mtre_mm > false_acceptance_mtre_mm; }
   bool isFalseAcceptance(const Trial& trial) const;
   bool isFalseRefusal(const Trial& trial) const;
 };

@@ -4,6 +4,7 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -74,14 +75,18 @@ class BagSession {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// The first pose on a topic of PoseStamped or PoseWithCovarianceStamped, as it stands there.
+/// A pose of the CT as it was recorded.
 struct StampedPose {
   std::string frame_id;
   ros::Time stamp;
   RigidTransform T_frame_ct;
 };
-/// @throws BagSessionError when the bag has no such message, or the pose is not rigid or not finite.
-StampedPose readFirstPose(const std::string& bag_path, const std::string& topic);
+
+/// The poses on a topic of PoseStamped or PoseWithCovarianceStamped, or of TFMessage, where the transforms to
+/// `ct_frame` are taken; in the order of their recording, `limit` at most.
+/// @throws BagSessionError when there is none, the topic has another type, or a pose is not rigid or not finite.
+std::vector<StampedPose> readPoses(const std::string& bag_path, const std::string& topic, const std::string& ct_frame,
+                                   std::size_t limit = std::numeric_limits<std::size_t>::max());
 
 /// Writes a session that BagSession reads.
 /// @throws BagSessionError when the file cannot be written.

@@ -20,8 +20,4 @@ std::vector<BenchmarkRow> measureGrowth(const std::shared_ptr<Device>& device, i
 /// unless `quick` (N³ CT, N² image).
 std::vector<BenchmarkRow> measureFrames(const std::shared_ptr<Device>& device, int rounds, bool quick);
 
-/// Draws the curves that `rows` hold. Only in builds with OpenCV.
-/// @throws std::runtime_error when the file cannot be written.
-void drawGrowth(const std::string& path, const std::vector<BenchmarkRow>& rows);
-
 }  // namespace xray_registration::tools

@@ -21,6 +21,10 @@ struct StepProfile {
   double samples = 0.0;
   double loaded_bytes = 0.0;  ///< By all loads, wherever they are answered from.
   double volume_bytes = 0.0;  ///< The CT's finest level: what memory has to deliver at least when no cache holds it.
+
+  /// Queue, transfer and host.
+  double restMs() const { return step_ms - plan_ms - march_ms - windows_ms; }
+  double loadedBytesPerSecond() const { return loaded_bytes / (march_ms * 1e-3); }
 };
 
 struct Ceiling {

@@ -1,17 +1,15 @@
 #include "tools/benchmark/report.h"
 
+#include <algorithm>
 #include <cstdio>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <ostream>
-#include <stdexcept>
 
 namespace xray_registration::tools {
 namespace {
 
 using nlohmann::json;
 
-json jsonOf(const BenchmarkRow& row) {
+json toJson(const BenchmarkRow& row) {
   json one = {{"name", row.name},
               {"milliseconds_median", row.milliseconds_median},
               {"milliseconds_p95", row.milliseconds_p95},
@@ -23,15 +21,16 @@ json jsonOf(const BenchmarkRow& row) {
   return one;
 }
 
-json jsonOf(const Goal& goal) {
+json toJson(const Goal& goal) {
   return {{"what", goal.what},   {"value", goal.value}, {"comparison", goal.at_least ? ">=" : "<="},
           {"limit", goal.limit}, {"unit", goal.unit},   {"met", goal.met()}};
 }
 
-json jsonOf(const PaperRun& run) {
-  return {{"drr_s", run.drr_ms * 1e-3},
-          {"other_s", run.other_ms * 1e-3},
-          {"total_s", run.total_ms * 1e-3},
+json toJson(const PaperRun& run, bool per_iteration) {
+  const double seconds = 1e-3 / (per_iteration ? std::max(run.iterations, 1) : 1);
+  return {{"drr_s", run.drr_ms * seconds},
+          {"other_s", run.other_ms * seconds},
+          {"total_s", run.total_ms * seconds},
           {"iterations", run.iterations},
           {"converged", run.converged},
           {"relative_error", run.relative_error},
@@ -40,7 +39,7 @@ json jsonOf(const PaperRun& run) {
 }
 
 /// What the paper left out stays out.
-json jsonOf(const PublishedTimes& times) {
+json toJson(const PublishedTimes& times) {
   json one = json::object();
   if (times.drr_s >= 0.0) one["drr_s"] = times.drr_s;
   if (times.other_s >= 0.0) one["other_s"] = times.other_s;
@@ -49,30 +48,35 @@ json jsonOf(const PublishedTimes& times) {
   return one;
 }
 
-json jsonOf(const PaperTable& table) {
+json toJson(const PaperTable& table) {
   json rows = json::array();
   for (const PaperTableRow& row : table.rows) {
     rows.push_back({{"label", row.label},
-                    {"cpp", jsonOf(row.cpp)},
-                    {"opencl", jsonOf(row.opencl)},
-                    {"published_cpp", jsonOf(row.published_cpp)},
-                    {"published_gpu", jsonOf(row.published_gpu)}});
+                    {"cpp", toJson(row.cpp, table.per_iteration)},
+                    {"opencl", toJson(row.opencl, table.per_iteration)},
+                    {"published_cpp", toJson(row.published_cpp)},
+                    {"published_gpu", toJson(row.published_gpu)}});
   }
-  return {{"name", table.name}, {"rows", rows}};
+  return {{"name", table.name}, {"per_iteration", table.per_iteration}, {"rows", rows}};
 }
 
-json jsonOf(const StepProfile& profile) {
+json toJson(const StepProfile& profile) {
   return {{"n", profile.n},
           {"axis", std::string(1, profile.axis)},
           {"step_ms", profile.step_ms},
           {"plan_ms", profile.plan_ms},
           {"march_ms", profile.march_ms},
           {"windows_ms", profile.windows_ms},
+          {"rest_ms", profile.restMs()},
           {"drr_march_ms", profile.drr_march_ms},
           {"loads_only_ms", profile.loads_only_ms},
           {"samples", profile.samples},
           {"loaded_bytes", profile.loaded_bytes},
-          {"volume_bytes", profile.volume_bytes}};
+          {"volume_bytes", profile.volume_bytes},
+          {"loads_share_of_march", profile.loads_only_ms / profile.march_ms},
+          {"loads_share_of_drr_march", profile.loads_only_ms / profile.drr_march_ms},
+          {"loaded_bytes_per_second", profile.loadedBytesPerSecond()},
+          {"volume_bytes_per_second", profile.volume_bytes / (profile.march_ms * 1e-3)}};
 }
 
 }  // namespace
@@ -103,7 +107,7 @@ void printCeiling(std::ostream& out, const Ceiling& ceiling) {
     std::snprintf(line, sizeof line, "%-10d %4c %10.3f %8.3f %8.3f %9.3f %10.3f %11.3f %10.0f %% %10.1f\n", profile.n,
                   profile.axis, profile.step_ms, profile.plan_ms, profile.march_ms, profile.windows_ms,
                   profile.drr_march_ms, profile.loads_only_ms, 100.0 * profile.loads_only_ms / profile.march_ms,
-                  profile.loaded_bytes / (profile.march_ms * 1e-3) * 1e-9);
+                  profile.loadedBytesPerSecond() * 1e-9);
     out << line;
   }
   std::snprintf(line, sizeof line, "copy, read and written: %.1f GB/s\n\n", ceiling.copy_bytes_per_second * 1e-9);
@@ -119,22 +123,19 @@ void printGoals(std::ostream& out, const std::vector<Goal>& goals) {
   }
 }
 
-void writeJson(const std::string& path, const BenchmarkReport& report) {
+json toJson(const BenchmarkReport& report) {
   json written = {{"device", report.device}};
   written["rows"] = json::array();
   written["goals"] = json::array();
   written["paper_tables"] = json::array();
-  for (const BenchmarkRow& row : report.rows) written["rows"].push_back(jsonOf(row));
-  for (const Goal& goal : report.goals) written["goals"].push_back(jsonOf(goal));
-  for (const PaperTable& table : report.tables) written["paper_tables"].push_back(jsonOf(table));
+  for (const BenchmarkRow& row : report.rows) written["rows"].push_back(toJson(row));
+  for (const Goal& goal : report.goals) written["goals"].push_back(toJson(goal));
+  for (const PaperTable& table : report.tables) written["paper_tables"].push_back(toJson(table));
   if (!report.ceiling.profiles.empty()) {
     written["ceiling"] = {{"copy_bytes_per_second", report.ceiling.copy_bytes_per_second}, {"profiles", json::array()}};
-    for (const StepProfile& one : report.ceiling.profiles) written["ceiling"]["profiles"].push_back(jsonOf(one));
+    for (const StepProfile& one : report.ceiling.profiles) written["ceiling"]["profiles"].push_back(toJson(one));
   }
-  std::ofstream file(path);
-  file << written.dump(1) << '\n';
-  file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
+  return written;
 }
 
 }  // namespace xray_registration::tools

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,8 @@
 namespace xray_registration::tools {
 
 struct PaperTable {
-  std::string name;  ///< "table1", "table2", "table2/<ct>"; Table I counts per iteration.
+  std::string name;            ///< "table1", "table2", "table2/<ct>".
+  bool per_iteration = false;  ///< The report's seconds are per iteration, as in Table I.
   std::vector<PaperTableRow> rows;
 };
 
@@ -31,7 +33,6 @@ void printGoals(std::ostream& out, const std::vector<Goal>& goals);
 
 /// {"device": …, "rows": [{"name", "milliseconds_median", "milliseconds_p95", "milliseconds_p99", "runs",
 /// "samples_per_second"?, "bytes"?, "note"?}], "goals": […], "paper_tables": […], "ceiling": {…}}
-/// @throws std::runtime_error when the file cannot be written.
-void writeJson(const std::string& path, const BenchmarkReport& report);
+nlohmann::json toJson(const BenchmarkReport& report);
 
 }  // namespace xray_registration::tools

@@ -2,10 +2,15 @@
 
 #include <vector>
 
-#include "tools/evaluate/plot.h"
 #include "xray_registration/evaluation/trials.h"
 
 namespace xray_registration::tools {
+
+/// How one trial came closer: error after so many steps.
+struct ConvergenceCurve {
+  std::vector<int> steps;
+  std::vector<double> mtre_mm;
+};
 
 /// Repeats the first `count` trials with growing budgets of steps and measures how far each came. Solvers are
 /// deterministic, so a budget of n shows where the full run stood after n steps. The pipeline has its tuning back

@@ -4,23 +4,23 @@
 #include <iomanip>
 #include <map>
 #include <ostream>
+#include <regex>
 #include <sstream>
+
+#include "tools/common/json_files.h"
 
 namespace xray_registration::tools {
 namespace {
 
 using nlohmann::json;
+using tools::toJson;
 
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
-json toJson(const Percentiles& values) { return {{"median", values.median}, {"p95", values.p95}, {"p99", values.p99}}; }
-
-json toJson(const RigidTransform& T) {
-  json rows = json::array();
-  for (int row = 0; row < 4; ++row) {
-    rows.push_back({T.matrix()(row, 0), T.matrix()(row, 1), T.matrix()(row, 2), T.matrix()(row, 3)});
-  }
-  return rows;
+/// A reason without its numbers and what stands behind a colon, so that equal causes are counted together.
+std::string causeOf(const std::string& reason) {
+  static const std::regex kNumber("[0-9]+([.][0-9]+)?");
+  return std::regex_replace(reason.substr(0, reason.find(':')), kNumber, "…");
 }
 
 json toJson(const Trial& trial, const SuccessCriteria& criteria) {
@@ -34,8 +34,10 @@ json toJson(const Trial& trial, const SuccessCriteria& criteria) {
           {"final_mtre", trial.final.mtre_mm},
           {"final_inplane", trial.final.inplane_mm},
           {"success", criteria.isSuccess(trial.final)},
+          {"wrong", criteria.isWrong(trial.final)},
           {"accepted", result.accepted},
           {"reason", result.reason},
+          {"cause", causeOf(result.reason)},
           {"converged", result.converged},
           {"iterations", result.iterations},
           {"similarity", result.similarity},
@@ -48,22 +50,19 @@ json toJson(const Trial& trial, const SuccessCriteria& criteria) {
           {"T_camera_ct", toJson(result.T_camera_ct)}};
 }
 
-/// A reason without its numbers, so that equal causes are counted together.
-std::string causeOf(const std::string& reason) {
-  const std::size_t colon = reason.find(':');
-  std::string cause = reason.substr(0, colon);
-  for (char& letter : cause) {
-    if (letter >= '0' && letter <= '9') letter = '#';
-  }
-  return cause;
-}
-
 std::map<std::string, int> causes(const std::vector<Trial>& trials) {
   std::map<std::string, int> counted;
   for (const Trial& trial : trials) {
     if (!trial.result.accepted) ++counted[causeOf(trial.result.reason)];
   }
   return counted;
+}
+
+json toJson(const SuccessCriteria& criteria) {
+  return {{"max_mtre_mm", criteria.max_mtre_mm},
+          {"max_inplane_mm", criteria.max_inplane_mm},
+          {"gross_mtre_mm", criteria.gross_mtre_mm},
+          {"false_acceptance_mtre_mm", criteria.false_acceptance_mtre_mm}};
 }
 
 json summary(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria) {
@@ -85,6 +84,7 @@ json summary(const EvaluationRun& run, const std::vector<Trial>& trials, const S
                {"rotation_deg", run.options.range.rotation_rad * kDegreesPerRadian},
                {"translation_mm", run.options.range.translation_mm},
                {"target_size_mm", run.options.target_size_mm},
+               {"criteria", toJson(criteria)},
                {"trials", statistics.trials},
                {"success_rate", statistics.successRate()},
                {"gross_failure_rate", statistics.grossFailureRate()},
@@ -171,10 +171,14 @@ void printBins(std::ostream& out, const TrialStatistics& statistics) {
 
 }  // namespace
 
-json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria) {
-  json all = json::array();
-  for (const Trial& trial : trials) all.push_back(toJson(trial, criteria));
-  return {{"trials", all}, {"summary", summary(run, trials, criteria)}};
+json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria,
+            const std::vector<ConvergenceCurve>& convergence) {
+  json made = {{"trials", json::array()}, {"summary", summary(run, trials, criteria)}};
+  for (const Trial& trial : trials) made["trials"].push_back(toJson(trial, criteria));
+  for (const ConvergenceCurve& curve : convergence) {
+    made["convergence"].push_back({{"steps", curve.steps}, {"mtre", curve.mtre_mm}});
+  }
+  return made;
 }
 
 void printTable(std::ostream& out, const EvaluationRun& run, const std::vector<Trial>& trials,

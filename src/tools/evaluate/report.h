@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/evaluate/convergence.h"
 #include "xray_registration/evaluation/trial_statistics.h"
 #include "xray_registration/evaluation/trials.h"
 
@@ -26,8 +27,10 @@ struct EvaluationRun {
   PoseError reference_agreement;  ///< Solution started at the reference against the reference; with `reference`.
 };
 
-/// {"trials": […], "summary": {…}}; lengths in mm, angles in degrees, times in ms.
-nlohmann::json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria);
+/// {"trials": […], "summary": {…}, "convergence": […] unless empty}; lengths in mm, angles in degrees, times in ms. A
+/// trial is a "success", "wrong" (too far off to be accepted), or neither; its "cause" is the reason without numbers.
+nlohmann::json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria,
+                      const std::vector<ConvergenceCurve>& convergence);
 
 /// A table for people.
 void printTable(std::ostream& out, const EvaluationRun& run, const std::vector<Trial>& trials,

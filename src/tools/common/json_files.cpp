@@ -1,4 +1,4 @@
-#include "tools/common/pose_json.h"
+#include "tools/common/json_files.h"
 
 #include <fstream>
 #include <stdexcept>
@@ -22,6 +22,10 @@ RigidTransform rigidFromJson(const nlohmann::json& rows) {
     }
   }
   return rigidFromMatrix(matrix);
+}
+
+nlohmann::json toJson(const Percentiles& values) {
+  return {{"median", values.median}, {"p95", values.p95}, {"p99", values.p99}};
 }
 
 void writeJson(const std::string& path, const nlohmann::json& value) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 
+#include "xray_registration/common/statistics.h"
 #include "xray_registration/geometry/rigid_transform.h"
 
 namespace xray_registration::tools {
@@ -10,6 +12,10 @@ namespace xray_registration::tools {
 nlohmann::json toJson(const RigidTransform& transform);
 RigidTransform rigidFromJson(const nlohmann::json& rows);
 
+/// {"median": …, "p95": …, "p99": …}
+nlohmann::json toJson(const Percentiles& values);
+
+/// Infinite numbers and NaN become null, which JSON has in their place.
 /// @throws std::runtime_error naming the file when it cannot be written.
 void writeJson(const std::string& path, const nlohmann::json& value);
 
