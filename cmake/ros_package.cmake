@@ -17,6 +17,9 @@ add_service_files(DIRECTORY srv FILES LoadCt.srv RegisterLandmarks.srv SetInitia
 add_action_files(DIRECTORY action FILES Localize.action)
 generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Accept.cfg cfg/Solver.cfg cfg/Tracking.cfg)
+# Solver.cfg reads the list of similarities.
+add_custom_command(OUTPUT ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_INCLUDE_DESTINATION}/SolverConfig.h APPEND
+                   DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/include/${PROJECT_NAME}/drr/similarities.def)
 
 catkin_package(
   INCLUDE_DIRS include

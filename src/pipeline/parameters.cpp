@@ -78,9 +78,9 @@ void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
 
 void readSolver(const YAML::Node& tree, RegistrarOptions* solver) {
   ParameterGroup group(tree, "solver");
-  group.choice<Similarity>(
-      "similarity", {{"local_normalised", Similarity::kLocalNormalised}, {"gain_offset", Similarity::kGainOffset}},
-      &solver->similarity);
+  std::vector<std::pair<std::string, Similarity>> similarities;
+  for (const SimilarityKind& kind : kSimilarities) similarities.emplace_back(kind.name, kind.similarity);
+  group.choice<Similarity>("similarity", similarities, &solver->similarity);
   group.integer("max_steps_per_frame", 1, 10000, &solver->max_steps_per_frame);
   group.number("max_image_pixels", 1024.0, 67108864.0, &solver->max_image_pixels);
   group.flag("search", &solver->search);

@@ -8,17 +8,9 @@
 namespace xray_registration {
 namespace {
 
-/// Deviations below this part of the image's own count as flat.
-constexpr double kFlatPart = 0.005;
-/// Deviation, as part of the image's own, at which a window counts half.
-constexpr double kContrastPart = 0.2;
-
-WindowOptions windowOptions(const ResidentXray& xray, const Stage& stage, double robust_scale2) {
-  WindowOptions window;
+WindowOptions windowOptions(Similarity similarity, const ResidentXray& xray, const Stage& stage, double robust_scale2) {
+  WindowOptions window = windowsFor(similarity, xray.deviation);
   window.span = stage.span;
-  window.epsilon_value = kFlatPart;
-  window.epsilon_xray = kFlatPart * xray.deviation;
-  window.contrast = kContrastPart * xray.deviation;
   window.robust_scale2 = robust_scale2;
   return window;
 }
@@ -46,7 +38,7 @@ std::vector<StepSums> FrameObjective::evaluateView(const DeviceViews::View& view
   for (const RigidTransform& pose : T_camera_ct) T_view_ct.push_back(view.T_view_first * pose);
   const ResidentXray::Level& xray = view.level(stage.level);
   return engine_->evaluate(xray, views_->volumeLevel(xray.camera, T_view_ct.front()), T_view_ct,
-                           windowOptions(view.xray, stage, robust_scale2));
+                           windowOptions(options_.similarity, view.xray, stage, robust_scale2));
 }
 
 std::vector<StepSums> FrameObjective::evaluate(const Stage& stage, double robust_scale2,

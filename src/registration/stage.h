@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-
 #include "xray_registration/registration/registrar_options.h"
 
 namespace xray_registration {
@@ -14,10 +12,10 @@ struct Stage {
 };
 
 /// Windows above the finest level.
-inline int coarseSpan(Similarity similarity) { return similarity == Similarity::kGainOffset ? 0 : 2; }
+inline int coarseSpan(Similarity similarity) { return kindOf(similarity).span; }
 
 /// Small windows where the pose is already close: they follow scatter and shading best.
-inline int finestSpan(Similarity similarity) { return std::min(coarseSpan(similarity), 1); }
+inline int finestSpan(Similarity similarity) { return kindOf(similarity).finest_span; }
 
 inline Stage stageOn(int level, int max_steps, Similarity similarity) {
   return {level, level == 0 ? finestSpan(similarity) : coarseSpan(similarity), max_steps};

@@ -49,7 +49,7 @@ AcceptConfig toConfig(const AcceptOptions& options) {
 
 SolverConfig toConfig(const RegistrarOptions& options) {
   SolverConfig config = SolverConfig::__getDefault__();
-  config.similarity = options.similarity == Similarity::kLocalNormalised ? "local_normalised" : "gain_offset";
+  config.similarity = kindOf(options.similarity).name;
   copySolver(options, &config);
   return config;
 }
@@ -64,8 +64,7 @@ void apply(const AcceptConfig& config, AcceptOptions* options) { copyAccept(conf
 
 void apply(const SolverConfig& config, RegistrarOptions* options) {
   // dynamic_reconfigure does not hold a text to its enumeration: another one keeps the present choice.
-  if (config.similarity == "local_normalised") options->similarity = Similarity::kLocalNormalised;
-  if (config.similarity == "gain_offset") options->similarity = Similarity::kGainOffset;
+  options->similarity = similarityNamed(config.similarity).value_or(options->similarity);
   copySolver(config, options);
 }
 

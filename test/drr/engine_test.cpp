@@ -178,7 +178,40 @@ TEST_F(EngineTest, SplittingRaysChangesOnlyRounding) {
 
 // --- Objective ------------------------------------------------------------------------------------------------------
 
-/// The objective of windows.cl in plain double, from rendered images.
+/// What a window is made of, in plain double.
+struct Moments {
+  double n = 0.0, d = 0.0, x = 0.0, dd = 0.0, xx = 0.0, dx = 0.0;
+  void add(double weight, double drr, double xray) {
+    dd += weight * drr * drr;
+    xx += weight * xray * xray;
+    dx += weight * drr * xray;
+  }
+};
+
+/// The line integrals themselves, with their means.
+void addIntensities(const FloatImage& drr, const FloatImage& xray, const FloatImage& weight, int u, int v,
+                    Moments* window) {
+  const double w = weight.at(u, v);
+  window->n += w;
+  window->d += w * drr.at(u, v);
+  window->x += w * xray.at(u, v);
+  window->add(w, drr.at(u, v), xray.at(u, v));
+}
+
+/// Gradients over 2 × 2 pixels that are all in one tile; as vectors, without means.
+void addGradients(const FloatImage& drr, const FloatImage& xray, const FloatImage& weight, int u, int v,
+                  Moments* window) {
+  if (u % 8 == 7 || v % 8 == 7 || u + 1 >= drr.width || v + 1 >= drr.height) return;
+  const double w = std::min({weight.at(u, v), weight.at(u + 1, v), weight.at(u, v + 1), weight.at(u + 1, v + 1)});
+  const auto gradient = [&](const FloatImage& image) -> Eigen::Vector2d {
+    const double a = image.at(u, v), b = image.at(u + 1, v), c = image.at(u, v + 1), d = image.at(u + 1, v + 1);
+    return {0.5 * (b - a + d - c), 0.5 * (c - a + d - b)};
+  };
+  window->n += w;
+  for (int i = 0; i < 2; ++i) window->add(w, gradient(drr)[i], gradient(xray)[i]);
+}
+
+/// The objective in plain double, from rendered images.
 double referenceObjective(const FloatImage& drr, const FloatImage& xray, const FloatImage& weight,
                           const WindowOptions& options) {
   const int tiles_x = (drr.width + 7) / 8;
@@ -186,27 +219,20 @@ double referenceObjective(const FloatImage& drr, const FloatImage& xray, const F
   const int span_x = options.span == 0 ? tiles_x : options.span;
   const int span_y = options.span == 0 ? tiles_y : options.span;
   const double min_weight = options.span == 0 ? 64.0 : 0.25 * 64 * span_x * span_y;
+  const auto add = options.similarity == Similarity::kGradientCorrelation ? addGradients : addIntensities;
   double cost = 0.0;
   for (int wy = 0; wy + span_y <= tiles_y; ++wy) {
     for (int wx = 0; wx + span_x <= tiles_x; ++wx) {
-      double n = 0, d = 0, x = 0, dd = 0, xx = 0, dx = 0;
+      Moments m;
       for (int v = 8 * wy; v < std::min(8 * (wy + span_y), drr.height); ++v) {
-        for (int u = 8 * wx; u < std::min(8 * (wx + span_x), drr.width); ++u) {
-          const double w = weight.at(u, v);
-          n += w;
-          d += w * drr.at(u, v);
-          x += w * xray.at(u, v);
-          dd += w * drr.at(u, v) * drr.at(u, v);
-          xx += w * xray.at(u, v) * xray.at(u, v);
-          dx += w * drr.at(u, v) * xray.at(u, v);
-        }
+        for (int u = 8 * wx; u < std::min(8 * (wx + span_x), drr.width); ++u) add(drr, xray, weight, u, v, &m);
       }
-      if (n < min_weight) continue;
-      const double var_d = dd / n - d * d / n / n + options.epsilon_value * options.epsilon_value;
-      const double var_x = xx / n - x * x / n / n + options.epsilon_xray * options.epsilon_xray;
-      const double e = 1.0 - (dx / n - d * x / n / n) / std::sqrt(var_d * var_x);
-      const double plain_x = xx / n - x * x / n / n;
-      cost += n * plain_x / (plain_x + options.contrast * options.contrast) * e * options.robust_scale2 /
+      if (m.n < min_weight) continue;
+      const double var_d = m.dd / m.n - m.d * m.d / m.n / m.n + options.epsilon_value * options.epsilon_value;
+      const double plain_x = m.xx / m.n - m.x * m.x / m.n / m.n;
+      const double var_x = plain_x + options.epsilon_xray * options.epsilon_xray;
+      const double e = 1.0 - (m.dx / m.n - m.d * m.x / m.n / m.n) / std::sqrt(var_d * var_x);
+      cost += m.n * plain_x / (plain_x + options.contrast * options.contrast) * e * options.robust_scale2 /
               (e + options.robust_scale2);
     }
   }
@@ -246,7 +272,18 @@ std::vector<WindowOptions> objectives() {
   WindowOptions robust = local;
   robust.robust_scale2 = 0.3;
   robust.contrast = 0.0;
-  return {local, one_tile, global, robust};
+  std::vector<WindowOptions> all = {local, one_tile, global, robust};
+  for (WindowOptions options : {local, one_tile, global, robust}) {
+    options.similarity = Similarity::kGradientCorrelation;
+    options.epsilon_value = options.epsilon_xray = 0.001;
+    options.contrast *= 0.1;
+    all.push_back(options);
+  }
+  return all;
+}
+
+std::string nameOf(const WindowOptions& options) {
+  return std::string(kindOf(options.similarity).name) + ", span " + std::to_string(options.span);
 }
 
 TEST_F(EngineTest, ObjectiveMatchesThePlainReference) {
@@ -258,7 +295,7 @@ TEST_F(EngineTest, ObjectiveMatchesThePlainReference) {
     const StepSums sums = engine.evaluate(xray.levels[0], 0, {scene.pose}, options)[0];
     const double expected = referenceObjective(drr, scene.xray, scene.weight, options);
     // Small differences of sums over 2000 pixels in float.
-    EXPECT_NEAR(sums.cost, expected, 1e-3 * expected) << "span " << options.span;
+    EXPECT_NEAR(sums.cost, expected, 1e-3 * expected) << nameOf(options);
   }
 }
 
@@ -281,7 +318,7 @@ TEST_F(EngineTest, GradientIsTheObjectivesAndTheMatrixIsPositive) {
       const double finite = (plus - minus) / (2.0 * step);
       // Second order in the step plus the bilinear cells' kinks; the scale is the gradient's own size per component.
       const double scale = std::sqrt(sums.matrix(i, i) * sums.cost);
-      EXPECT_NEAR(sums.gradient[i], finite, 0.01 * scale) << "component " << i << " span " << options.span;
+      EXPECT_NEAR(sums.gradient[i], finite, 0.01 * scale) << "component " << i << ", " << nameOf(options);
     }
   }
 }

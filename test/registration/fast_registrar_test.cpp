@@ -281,6 +281,16 @@ TEST_F(FastRegistrarTest, GainOffsetSimilarityFindsItToo) {
   expectFound(registrar_->registerFrame({viewOf(changed)}, coldStart(), false), kInPlaneMm, kOneViewMm);
 }
 
+TEST_F(FastRegistrarTest, GradientCorrelationFindsAndTracksItToo) {
+  RegistrarOptions options;
+  options.similarity = Similarity::kGradientCorrelation;
+  ASSERT_TRUE(registrar_->setOptions(options));
+  FloatImage changed = view_->attenuation;
+  for (float& pixel : changed.pixels) pixel = 0.7F * pixel - 0.4F;
+  expectFound(registrar_->registerFrame({viewOf(changed)}, coldStart(), false), kInPlaneMm, kOneViewMm);
+  expectFound(registrar_->registerFrame({viewOf(changed)}, nearStart(), true), kInPlaneMm, kOneViewMm);
+}
+
 TEST_F(FastRegistrarTest, WithoutSearchOrRobustWeightsANearStartIsFound) {
   RegistrarOptions options;
   options.search = false;

@@ -6,6 +6,7 @@
 
 #include "xray_registration/drr/device.h"
 #include "xray_registration/drr/resident_volume.h"
+#include "xray_registration/drr/similarity.h"
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/image.h"
 
@@ -28,16 +29,6 @@ struct ResidentXray {
   double deviation = 1.0;  ///< Standard deviation of the attenuation over the allowed pixels.
 };
 
-/// How tiles are joined into windows, and how windows count.
-struct WindowOptions {
-  int span = 2;                  ///< Tiles (of 8 pixels) along a window's side; windows overlap, one per tile. 0: one
-                                 ///< window over the whole image, that is SSD with gain and offset eliminated.
-  double epsilon_value = 0.005;  ///< Deviation of the DRR below which a window counts as flat, line integral units.
-  double epsilon_xray = 0.005;   ///< The same for the X-ray.
-  double robust_scale2 = 1e6;    ///< Geman-McClure scale on 1 − correlation; large is no robustness.
-  double contrast = 0.3;         ///< Deviation of the X-ray at which a window counts half.
-};
-
 /// One evaluation of the objective E(ξ) = Σ windows importance · ρ(1 − correlation) at ξ = 0: value, exact gradient,
 /// Gauss-Newton matrix. The twist is about the given centre, in the view's camera axes.
 struct StepSums {
@@ -46,7 +37,7 @@ struct StepSums {
   Matrix6d scatter = Matrix6d::Zero();  ///< Σ of the windows' gradients' outer products.
   double cost = 0.0;
   double weight = 0.0;           ///< Σ importance: cost / weight is a mean in 0 … 2.
-  double similarity = 0.0;       ///< Mean local normalised correlation over windows with CT content.
+  double similarity = 0.0;       ///< Mean correlation over windows with CT content.
   double inlier_fraction = 0.0;  ///< Share of that content in windows that correlate well enough to show the CT.
   double content = 0.0;          ///< Pixels with CT content.
   bool finite() const;
@@ -111,7 +102,8 @@ class Engine {
   struct Kernels {
     cl::Program program;
     std::size_t items_per_tile = 64;
-    cl::Kernel plan, render, render_derivatives, tile_sums, windows, halve_xray, used_tiles, unexplained, apply_map;
+    cl::Kernel plan, render, render_derivatives, windows, halve_xray, used_tiles, unexplained, apply_map;
+    std::vector<cl::Kernel> sums;  ///< One for each similarity.
   };
   struct Scratch {
     cl::Buffer buffer;

@@ -14,8 +14,8 @@ class DeviceViews;
 struct ColdStart;
 struct Solution;
 
-/// The fast method: coarse-to-fine Gauss-Newton on locally normalised correlation (or SSD with gain and offset
-/// eliminated), any number of views in one solve. See docs/design.md. Not thread-safe.
+/// The fast method: coarse-to-fine Gauss-Newton on the chosen similarity (drr/similarities.def), any number of views in
+/// one solve. See docs/design.md. Not thread-safe.
 class FastRegistrar : public Registrar {
  public:
   /// Compiles the kernels. @throws DeviceError.

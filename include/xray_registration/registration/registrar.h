@@ -35,7 +35,7 @@ struct RegistrationResult {
   bool solved = false;  ///< The solver ran; without it the pose is the start and the numbers below mean nothing.
   bool converged = false;
   int iterations = 0;             ///< Gauss-Newton steps over all levels.
-  double similarity = 0.0;        ///< Mean local normalised correlation, −1…1.
+  double similarity = 0.0;        ///< Mean correlation of the windows, −1…1.
   double residual = 0.0;          ///< Root mean square of the weighted residual of the last level.
   double inlier_fraction = 0.0;   ///< Share of the CT's shadow that is recognised: windows that correlate well.
   double condition_number = 0.0;  ///< Of the normal matrix, rotation scaled by the target radius.

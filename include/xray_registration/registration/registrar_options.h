@@ -3,10 +3,11 @@
 #include <cstddef>
 #include <string>
 
+#include "xray_registration/drr/similarity.h"
+
 namespace xray_registration {
 
 enum class Method { kFast, kPaper };
-enum class Similarity { kLocalNormalised, kGainOffset };
 
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
 struct AcceptOptions {

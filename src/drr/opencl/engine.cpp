@@ -113,7 +113,7 @@ Engine::Kernels& Engine::kernels(int split) {
     k.plan = cl::Kernel(k.program, "plan");
     k.render = cl::Kernel(k.program, "render");
     k.render_derivatives = cl::Kernel(k.program, "render_derivatives");
-    k.tile_sums = cl::Kernel(k.program, "tile_sums");
+    for (const SimilarityKind& kind : kSimilarities) k.sums.emplace_back(k.program, kind.sums);
     k.windows = cl::Kernel(k.program, "windows");
     k.halve_xray = cl::Kernel(k.program, "halve_xray");
     k.used_tiles = cl::Kernel(k.program, "used_tiles");
@@ -296,8 +296,9 @@ std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volu
 
     uploadPoses(ct, xray.camera, T_camera_ct);
     planTiles(&kernels(1), ct, xray.tiles_x, tiles, poses, xray.used_tiles);
-    launch(queue, &k.tile_sums, groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.buffer,
-           plans_.buffer, xray.tiles_x, tiles, xray.camera.width, xray.camera.height, xray.attenuation, xray.weight,
+    launch(queue, &k.sums.at(static_cast<std::size_t>(options.similarity)),
+           groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.buffer, plans_.buffer,
+           xray.tiles_x, tiles, xray.camera.width, xray.camera.height, xray.attenuation, xray.weight,
            scratch(&sums_, groups * layout::kSumStride * sizeof(float)));
 
     // A window never has more tiles than the image; span 0 is one window of everything.

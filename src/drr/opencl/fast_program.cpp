@@ -1,5 +1,7 @@
 #include "xray_registration/drr/opencl/fast_program.h"
 
+#include <set>
+
 namespace xray_registration {
 
 namespace kernels {
@@ -12,27 +14,45 @@ extern const char* const tile_sums;
 extern const char* const windows;
 extern const char* const xray_pyramid;
 extern const char* const truncation;
+#define XRAY_SIMILARITY(enumerator, name, sums, span, finest_span, flat, contrast, description) \
+  extern const char* const sums;
+#include "xray_registration/drr/similarities.def"
+#undef XRAY_SIMILARITY
 }  // namespace kernels
 
+namespace {
+
+struct Part {
+  const char* name;
+  const char* text;
+};
+
+std::string textOf(const Part& part) { return std::string("#line 1 \"") + part.name + ".cl\"\n" + part.text + "\n"; }
+
+}  // namespace
+
 std::string fastSource() {
-  struct Part {
-    const char* name;
-    const char* text;
-  };
   // Each may use what stands before it.
   const Part parts[] = {
-      {"geometry.cl", kernels::geometry},
-      {"plan.cl", kernels::plan},
-      {"march.cl", kernels::march},
-      {"render.cl", kernels::render},
-      {"derivatives.cl", kernels::derivatives},
-      {"tile_sums.cl", kernels::tile_sums},
-      {"windows.cl", kernels::windows},
-      {"xray_pyramid.cl", kernels::xray_pyramid},
-      {"truncation.cl", kernels::truncation},
+      {"geometry", kernels::geometry},
+      {"plan", kernels::plan},
+      {"march", kernels::march},
+      {"render", kernels::render},
+      {"derivatives", kernels::derivatives},
+      {"tile_sums", kernels::tile_sums},
+      {"windows", kernels::windows},
+      {"xray_pyramid", kernels::xray_pyramid},
+      {"truncation", kernels::truncation},
+  };
+  const Part sums[] = {
+#define XRAY_SIMILARITY(enumerator, name, sums, span, finest_span, flat, contrast, description) {#sums, kernels::sums},
+#include "xray_registration/drr/similarities.def"
+#undef XRAY_SIMILARITY
   };
   std::string source;
-  for (const Part& part : parts) source += std::string("#line 1 \"") + part.name + "\"\n" + part.text + "\n";
+  for (const Part& part : parts) source += textOf(part);
+  std::set<std::string> taken;  // Several similarities may share a kernel.
+  for (const Part& part : sums) source += taken.insert(part.name).second ? textOf(part) : "";
   return source;
 }
 

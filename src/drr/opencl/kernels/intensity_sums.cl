@@ -1,0 +1,47 @@
+// Sums of the line integrals themselves. D and I are relative to the values of the tile's first pixel, so that float
+// suffices.
+__kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
+void intensity_sums(SUMS_ARGUMENTS) {
+  __local float vectors[VECTORS * RAYS];
+  __local float weighted[VECTORS * RAYS];
+  __local float reference[2];
+  PREPARE_RAYS
+  MARCH_WITH_DERIVATIVES
+  JOIN_PARTS
+  if (get_local_id(0) == 0) {
+    const RayGeometry g = ray_geometry(pose, k, RAY_U(0), RAY_V(0));
+    reference[0] = value[0] * g.length_mm * pose[P_SCALE];
+    reference[1] = xray[min(origin.y, height - 1) * width + min(origin.x, width - 1)];
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (part == 0) {
+    const float value_ref = reference[0], xray_ref = reference[1];
+    for (int r = 0; r < LANES; ++r) {
+      const int ray = first_ray + r;
+      const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
+      const int pixel = min(row, height - 1) * width + min(column, width - 1);
+      const float w = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);
+      const float intensity = xray[pixel] - xray_ref;
+      DERIVATIVES_OF_RAY
+      vectors[ray] = 1.0f;
+      vectors[RAYS + ray] = line_integral - value_ref;
+      vectors[2 * RAYS + ray] = intensity;
+      weighted[ray] = w;
+      weighted[RAYS + ray] = w * (line_integral - value_ref);
+      weighted[2 * RAYS + ray] = w * intensity;
+      _Pragma("unroll") for (int i = 0; i < 6; ++i) {
+        vectors[(3 + i) * RAYS + ray] = partial[i];
+        weighted[(3 + i) * RAYS + ray] = w * partial[i];
+      }
+    }
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int sum = get_local_id(0); sum < SUMS; sum += GROUP) {
+    sums_out[get_group_id(0) * SUM_STRIDE + sum] =
+        product_of(weighted + kFirst[sum] * RAYS, vectors + kSecond[sum] * RAYS);
+  }
+  if (get_local_id(0) == 0) {
+    sums_out[get_group_id(0) * SUM_STRIDE + SUMS] = reference[0];
+    sums_out[get_group_id(0) * SUM_STRIDE + SUMS + 1] = reference[1];
+  }
+}
