@@ -22,7 +22,7 @@ foreach(name node sim_time two_views)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_warnings)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
 endforeach()
-foreach(name node nodelet sim_time two_views process)
+foreach(name node nodelet sim_time two_views process memory)
   # Each its own kernel cache: PoCL's is not safe against another process that writes it.
   set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/rostest_${name})
   file(MAKE_DIRECTORY ${cache})
