@@ -122,12 +122,11 @@ AttenuationVolume downsampled(const AttenuationVolume& volume, const Eigen::Vect
   return boxAverage(volume, size, factor.cast<double>());
 }
 
-std::vector<AttenuationVolume> buildPyramid(AttenuationVolume finest, int min_size, double max_spacing_mm) {
+std::vector<AttenuationVolume> coarserLevels(const AttenuationVolume& finest, int min_size, double max_spacing_mm) {
   checkSize(finest);
   std::vector<AttenuationVolume> levels;
-  levels.push_back(std::move(finest));
-  while (levels.back().grid.size.maxCoeff() >= min_size) {
-    const VolumeGrid& grid = levels.back().grid;
+  for (const AttenuationVolume* last = &finest; last->grid.size.maxCoeff() >= min_size; last = &levels.back()) {
+    const VolumeGrid& grid = last->grid;
     Eigen::Vector3i factor = Eigen::Vector3i::Ones();
     const double finest_mm = grid.spacing_mm.minCoeff();
     for (int axis = 0; axis < 3; ++axis) {
@@ -135,7 +134,7 @@ std::vector<AttenuationVolume> buildPyramid(AttenuationVolume finest, int min_si
     }
     const double next_mm = grid.spacing_mm.cwiseProduct(factor.cast<double>()).minCoeff();
     if (factor == Eigen::Vector3i::Ones() || next_mm > max_spacing_mm) break;
-    AttenuationVolume next = downsampled(levels.back(), factor);
+    AttenuationVolume next = downsampled(*last, factor);
     levels.push_back(std::move(next));
   }
   return levels;

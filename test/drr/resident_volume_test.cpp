@@ -91,7 +91,8 @@ class ResidentVolumeTest : public testing::Test {
 TEST_F(ResidentVolumeTest, LevelsAreThePyramidsLevels) {
   const AttenuationVolume volume = rough({70, 64, 40}, {0.8, 0.9, 1.7});
   const ResidentVolume resident(device_.get(), volume);
-  const std::vector<AttenuationVolume> pyramid = buildPyramid(volume);
+  std::vector<AttenuationVolume> pyramid = coarserLevels(volume);
+  pyramid.insert(pyramid.begin(), volume);
   ASSERT_EQ(resident.levels().size(), pyramid.size());
   ASSERT_GE(pyramid.size(), 2U);
   std::size_t bytes = 0;

@@ -12,10 +12,11 @@ namespace xray_registration {
 /// what is there, weighted as if the rest were air unless the face is cut. Origin and spacing follow. Both cores.
 AttenuationVolume downsampled(const AttenuationVolume& volume, const Eigen::Vector3i& factor);
 
-/// Levels from fine (0) to coarse. Each next level halves the axes whose spacing is within a factor 1.5 of the finest
-/// spacing first, so that anisotropic CTs become isotropic; ends when every axis has fewer than `min_size` voxels or
-/// the spacing passes `max_spacing_mm`.
-std::vector<AttenuationVolume> buildPyramid(AttenuationVolume finest, int min_size = 24, double max_spacing_mm = 12.0);
+/// The levels below `finest`, from fine to coarse; empty for a tiny volume. Each next level halves the axes whose
+/// spacing is within a factor 1.5 of the finest spacing first, so that anisotropic CTs become isotropic; ends when
+/// every axis has fewer than `min_size` voxels or the spacing passes `max_spacing_mm`.
+std::vector<AttenuationVolume> coarserLevels(const AttenuationVolume& finest, int min_size = 24,
+                                             double max_spacing_mm = 12.0);
 
 /// Tri-linearly averaged copy with at most `max_bytes` of 16-bit voxels; warns with both sizes when it had to shrink.
 AttenuationVolume fittedTo(AttenuationVolume volume, std::size_t max_bytes, const Logger& logger);

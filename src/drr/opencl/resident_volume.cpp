@@ -177,8 +177,8 @@ ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume)
 ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume, const VolumeLimits& limits) {
   centre_ct_ = anatomicalCentreCt(volume);
   try {
-    const std::vector<AttenuationVolume> pyramid = buildPyramid(volume);
-    for (const AttenuationVolume& level : pyramid) levels_.push_back(makeLevel(device, level, limits));
+    levels_.push_back(makeLevel(device, volume, limits));
+    for (const AttenuationVolume& level : coarserLevels(volume)) levels_.push_back(makeLevel(device, level, limits));
   } catch (const cl::Error& error) {
     throw DeviceError("the CT cannot be placed on '" + device->name() + "': " + error.what() + " failed with code " +
                           std::to_string(error.err()),
