@@ -12,6 +12,19 @@
 
 namespace xray_registration {
 
+inline void setFlow(YAML::Node node) {
+  if (!node.IsMap() && !node.IsSequence()) return;
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  for (const auto& child : node) setFlow(node.IsMap() ? child.second : child);
+}
+
+/// A value as a message shows it: on one line, however it was written.
+inline std::string shown(const YAML::Node& value) {
+  const YAML::Node flow = YAML::Clone(value);
+  setFlow(flow);
+  return flow.IsScalar() ? flow.Scalar() : YAML::Dump(flow);
+}
+
 /// One group of parameters (`accept/…`) being read: checks types and ranges with messages that name the parameter, and
 /// remembers which names are known. A value that is not given keeps what the target holds.
 class ParameterGroup {
@@ -20,7 +33,8 @@ class ParameterGroup {
   ParameterGroup(const YAML::Node& parent, const std::string& group, const std::string& outer = "")
       : prefix_(group.empty() ? "" : outer + group + "/"), node_(group.empty() ? parent : childOf(parent, group)) {
     if (node_.IsDefined() && !node_.IsNull() && !node_.IsMap()) {
-      throw ParameterError("parameter " + group + " is '" + YAML::Dump(node_) + "'; a group of parameters is expected");
+      const std::string name = group.empty() ? "(all)" : outer + group;
+      throw ParameterError("parameter " + name + " is '" + shown(node_) + "'; allowed: a group of parameters");
     }
   }
 
@@ -56,7 +70,7 @@ class ParameterGroup {
         return;
       }
     }
-    fail(name, word, allowed);
+    fail(name, shown(given), allowed);
   }
 
   /// A value that the caller reads itself; undefined when not given.
@@ -66,21 +80,23 @@ class ParameterGroup {
   }
   static bool isGiven(const YAML::Node& node) { return node.IsDefined() && !node.IsNull(); }
 
-  std::vector<std::string> unknown() const {
-    std::vector<std::string> names;
-    if (!node_.IsDefined() || !node_.IsMap()) return names;
+  /// What stands in the group and is not known: names as in messages, and values.
+  std::vector<std::pair<std::string, std::string>> unknown() const {
+    std::vector<std::pair<std::string, std::string>> found;
+    if (!node_.IsDefined() || !node_.IsMap()) return found;
     for (const auto& entry : node_) {
-      const auto name = entry.first.as<std::string>();
-      if (known_.count(name) == 0) names.push_back(prefix_ + name);
+      const std::string name = shown(entry.first);
+      if (known_.count(name) == 0) found.emplace_back(prefix_ + name, shown(entry.second));
     }
-    return names;
+    return found;
   }
 
   void refuseUnknown() const {
-    for (const std::string& name : unknown()) {
+    for (const auto& [name, value] : unknown()) {
       std::string allowed;
       for (const std::string& other : known_) allowed += (allowed.empty() ? "" : ", ") + other;
-      throw ParameterError("parameter " + name + " is not known; " + prefix_ + " has " + allowed);
+      throw ParameterError("parameter " + name + " ('" + value + "') is not known; allowed below " + prefix_ + ": " +
+                           allowed);
     }
   }
 
@@ -102,7 +118,7 @@ class ParameterGroup {
     try {
       *value = given.as<T>();
     } catch (const YAML::Exception&) {
-      fail(name, YAML::Dump(given), allowed);
+      fail(name, shown(given), allowed);
     }
   }
 

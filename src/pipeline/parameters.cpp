@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <regex>
 
 #include "pipeline/parameter_group.h"
 
@@ -106,21 +107,29 @@ void readTracking(const YAML::Node& tree, TrackerOptions* tracker) {
   group.refuseUnknown();
 }
 
-void readInitialPose(const YAML::Node& node, NodeParameters* parameters) {
+void readInitialPose(const YAML::Node& tree, NodeParameters* parameters) {
+  const YAML::Node node = ParameterGroup(tree, "").known("initial_pose");
   // "none" is how a launch file or a person writes that there is none.
   if (!ParameterGroup::isGiven(node) || (node.IsScalar() && (node.Scalar().empty() || node.Scalar() == "none"))) return;
   parameters->initial_pose = parsePose(node, "initial_pose");
-  if (node["frame_id"]) parameters->initial_pose_frame = node["frame_id"].as<std::string>();
+  ParameterGroup group(tree, "initial_pose");
+  group.known("position");
+  group.known("orientation");
+  group.words("frame_id", &parameters->initial_pose_frame);
+  group.refuseUnknown();
+}
+
+/// What ROS takes as a name below which topics stand; a name that it does not take would only fail when subscribing.
+bool isTopicPrefix(const std::string& name) {
+  static const std::regex kPattern("/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*");
+  return std::regex_match(name, kPattern);
 }
 
 void checkViews(const std::vector<std::string>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const bool bad = views[i].empty() || views[i].find_first_not_of(
-                                             "abcdefghijklmnopqrstuvwxyz"
-                                             "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/") != std::string::npos;
-    if (bad) {
+    if (!isTopicPrefix(views[i])) {
       throw ParameterError("parameter views has '" + views[i] +
-                           "'; allowed: names of topics (letters, digits, _ and /)");
+                           "'; allowed: names of topics: a letter, then letters, digits, _ and /");
     }
     for (std::size_t j = 0; j < i; ++j) {
       if (views[i] == views[j])
@@ -140,10 +149,11 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.words("image_transport", &parameters->image_transport);
   top.flag("publish_tf", &parameters->frames.publish_tf);
   top.flag("invert_tf", &parameters->frames.invert_tf);
-  readInitialPose(top.known("initial_pose"), parameters);
-  for (const char* group : {"ct", "image", "frames", "sync", "accept", "solver", "tracking", "diagnostic_period"})
+  readInitialPose(tree, parameters);
+  for (const char* group :
+       {"initial_pose", "ct", "image", "frames", "sync", "accept", "solver", "tracking", "diagnostic_period"})
     top.known(group);
-  for (const std::string& name : top.unknown()) {
+  for (const auto& [name, value] : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
   }
 }
@@ -151,7 +161,7 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
 std::vector<double> numbers(const YAML::Node& node, const char* key, std::size_t count, const std::string& name) {
   const std::string allowed = "{position: [x, y, z] in metres, orientation: [x, y, z, w]}";
   const auto fail = [&]() {
-    throw ParameterError("parameter " + name + " is '" + YAML::Dump(node) + "'; allowed: " + allowed);
+    throw ParameterError("parameter " + name + " is '" + shown(node) + "'; allowed: " + allowed);
   };
   std::vector<double> values;
   try {
@@ -168,6 +178,8 @@ std::vector<double> numbers(const YAML::Node& node, const char* key, std::size_t
 }
 
 }  // namespace
+
+ParameterError::ParameterError(const std::string& message) : std::runtime_error(onOneLine(message)) {}
 
 RigidTransform parsePose(const YAML::Node& node, const std::string& name) {
   const std::vector<double> position = numbers(node, "position", 3, name);

@@ -1,5 +1,6 @@
 #include <nodelet/nodelet.h>
 
+#include <exception>
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 
@@ -13,9 +14,9 @@ class RegistrationNodelet : public nodelet::Nodelet {
   void onInit() override {
     try {
       node_ = std::make_unique<RegistrationNode>(getNodeHandle(), getPrivateNodeHandle());
-    } catch (const ParameterError& error) {
-      NODELET_FATAL_STREAM(error.what());
-      throw;  // The manager then refuses to load.
+    } catch (const std::exception& error) {
+      NODELET_FATAL_STREAM(onOneLine(error.what()));
+      throw;  // The manager goes on without this nodelet and answers that it was not loaded.
     }
   }
 

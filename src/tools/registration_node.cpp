@@ -3,16 +3,41 @@
 #include <ros/init.h>
 #include <ros/node_handle.h>
 
-int main(int argc, char** argv) {
-  ros::init(argc, argv, "xray_registration");
-  const ros::NodeHandle node;
-  const ros::NodeHandle private_node("~");
+#include <exception>
+
+namespace {
+
+/// Of what is being handled; gives the exit code.
+int sayWhyItEnds() {
   try {
-    const xray_registration::RegistrationNode registration(node, private_node);
-    ros::spin();
-  } catch (const xray_registration::ParameterError& error) {
-    ROS_FATAL_STREAM(error.what());
-    return 1;
+    throw;
+  } catch (const std::exception& error) {
+    ROS_FATAL_STREAM(xray_registration::onOneLine(error.what()));
+  } catch (...) {
+    ROS_FATAL("the node ends: something was thrown that is no exception");
   }
-  return 0;
+  return 1;
+}
+
+int run(const ros::NodeHandle& node) {
+  try {
+    const xray_registration::RegistrationNode registration(node, ros::NodeHandle("~"));
+    ros::spin();
+    return 0;
+  } catch (...) {
+    return sayWhyItEnds();
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    ros::init(argc, argv, "xray_registration");
+    // With the last handle the log ends too: this one outlives whatever run() has to say.
+    const ros::NodeHandle node;
+    return run(node);
+  } catch (...) {
+    return sayWhyItEnds();
+  }
 }

@@ -84,6 +84,12 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
       {"{views: [ap, ap]}", {"views", "ap", "twice"}},
       {"{views: [a b]}", {"views", "a b"}},
       {"{views: {a: 1}}", {"views", "list"}},
+      {"{views: [1ap]}", {"views", "1ap", "letter"}},
+      {"{views: [_x]}", {"views", "_x", "letter"}},
+      {"{views: [ap, 7]}", {"views", "7", "letter"}},
+      {"{views: [ap//b]}", {"views", "ap//b"}},
+      {"{views: [ap/]}", {"views", "ap/"}},
+      {"views:\n  - [a]\n  - [b]", {"views", "[[a], [b]]", "list of names"}},
       {"{frames: {ct: ''}}", {"frames/ct"}},
       {"{frames: {ct: /ct}}", {"frames/ct", "/ct"}},
       {"{frames: {fixed: ct}}", {"frames/fixed", "ct"}},
@@ -97,13 +103,26 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
       {"{initial_pose: {position: [0, 0], orientation: [0, 0, 0, 1]}}", {"initial_pose", "position"}},
       {"{initial_pose: [0, 0, 1]}", {"initial_pose", "position"}},
       {"{initial_pose: {position: [0, 0, .inf], orientation: [0, 0, 0, 1]}}", {"initial_pose"}},
+      {"{initial_pose: {position: [0, 0, 1], orientation: [0, 0, 0, 1], frame: room}}",
+       {"initial_pose/frame", "room", "frame_id, orientation, position"}},
+      {"{initial_pose: {position: [0, 0, 1], orientation: [0, 0, 0, 1], frame_id: [a, b]}}",
+       {"initial_pose/frame_id", "[a, b]", "a text"}},
+      {"initial_pose:\n  position:\n    - 1\n    - 2\n", {"initial_pose", "{position: [1, 2]}", "orientation"}},
+      {"{initial_pose: 'here\n\nthere'}", {"initial_pose", "here", "position"}},
+      {"{accept: {[min_similarity]: 1}}", {"accept/[min_similarity]", "not known"}},
       {"{drr_encoding: rgb8}", {"drr_encoding", "rgb8", "mono8", "32FC1"}},
       {"{device: ''}", {"device"}},
   };
   for (const Case& one : cases) {
     const std::string reason = reasonOf(one.yaml);
     for (const char* word : one.words) EXPECT_NE(reason.find(word), std::string::npos) << one.yaml << " → " << reason;
+    EXPECT_EQ(reason.find('\n'), std::string::npos) << one.yaml << " → " << reason;
   }
+}
+
+TEST(Parameters, ViewsAreNamesOfTopics) {
+  const std::vector<std::string> views = {"ap", "a1_b", "carm/ap", "/carm/2"};
+  EXPECT_EQ(parse("{views: [ap, a1_b, carm/ap, /carm/2]}").views, views);
 }
 
 TEST(Parameters, UnknownNamesBesideTheGroupsAreWarnedOf) {

@@ -16,6 +16,7 @@ from xray_registration.msg import RegistrationStatus
 
 # roslaunch sends SIGTERM 15 s after SIGINT.
 ROSLAUNCH_PATIENCE = 15.0
+POSE = {'position': [0.0, 0.0, 1.0], 'orientation': [0.0, 0.0, 0.0, 1.0]}
 
 
 class Process(unittest.TestCase):
@@ -29,9 +30,11 @@ class Process(unittest.TestCase):
 
     def start(self, *arguments):
         executable = roslib.packages.find_node("xray_registration", "xray_registration_node")[0]
+        self.run_process([executable, "__name:=under_test"] + list(arguments))
+
+    def run_process(self, line):
         self.output = tempfile.TemporaryFile("w+")
-        self.process = subprocess.Popen([executable, "__name:=under_test"] + list(arguments),
-                                        stdout=self.output, stderr=subprocess.STDOUT, env=dict(os.environ))
+        self.process = subprocess.Popen(line, stdout=self.output, stderr=subprocess.STDOUT, env=dict(os.environ))
 
     def text(self):
         self.output.seek(0)
@@ -62,17 +65,70 @@ class Process(unittest.TestCase):
         self.assertTrue(found, received[-1:] or self.text())
         return found[0]
 
-    def test_wrong_parameter_ends_it_with_the_name(self):
-        self.start("_accept/min_similarity:=7")
-        self.assertEqual(self.process.wait(timeout=30), 1)
-        self.assertIn("accept/min_similarity", self.text())
-        self.assertIn("7", self.text())
-        rospy.delete_param("/under_test")
+    # What cannot be: below which name, with which value, and what its one line must hold beside these.
+    WRONG = [
+        ({'accept/min_similarity': 7}, ['accept/min_similarity', "'7'", '-1 to 1']),
+        ({'initial_pose': dict(POSE, frame='room')}, ['initial_pose/frame', 'room', 'frame_id']),
+        ({'initial_pose': dict(POSE, frame_id=['a', 'b'])}, ['initial_pose/frame_id', '[a, b]', 'a text']),
+        ({'initial_pose': {'position': [1, 2], 'orientation': [0, 0, 0, 1]}}, ['initial_pose', '[1, 2]', 'metres']),
+        ({'views': ['1ap']}, ['views', '1ap', 'a letter']),
+        ({'views': ['_x']}, ['views', '_x', 'a letter']),
+        ({'views': [1, 2]}, ['views', "'1'", 'a letter']),
+        ({'image_transport': 'no_such_transport'}, ['image_transport', 'no_such_transport', 'raw']),
+        ({'image/mask': '/nowhere/mask.png'}, ['image/mask', '/nowhere/mask.png', 'PNG']),
+        ({'ct': 3}, ['ct', "'3'", 'group']),
+    ]
+
+    def set_parameters(self, parameters):
+        for name, value in parameters.items():
+            rospy.set_param('/under_test/' + name, value)
+
+    def check_fatal_line(self, words):
+        lines = [line for line in self.text().splitlines() if 'FATAL' in line]
+        self.assertEqual(len(lines), 1, self.text())
+        for word in words:
+            self.assertIn(word, lines[0])
+
+    def test_wrong_parameters_end_it_with_one_line(self):
+        for parameters, words in self.WRONG:
+            self.set_parameters(parameters)
+            self.start()
+            self.assertEqual(self.process.wait(timeout=30), 1, '%s: %s' % (parameters, self.text()))
+            self.check_fatal_line(words)
+            rospy.delete_param('/under_test')
+
+    def test_whatever_is_thrown_ends_it_with_one_line(self):
+        self.start('image_raw:=1image')
+        self.assertEqual(self.process.wait(timeout=30), 1, self.text())
+        self.check_fatal_line(['1image'])
+
+    def test_wrong_parameter_of_a_nodelet_leaves_its_manager(self):
+        nodelet = roslib.packages.find_node('nodelet', 'nodelet')[0]
+        load = [nodelet, 'load', 'xray_registration/RegistrationNodelet', 'manager', '__name:=under_test']
+        self.run_process([nodelet, 'manager', '__name:=manager'])
+        for parameters, words in ({'views': ['1ap']}, ['views', '1ap', 'a letter']), ({'ct': 3}, ['ct', 'group']):
+            self.set_parameters(parameters)
+            before = len(self.text())
+            self.assertNotEqual(subprocess.run(load, timeout=60, stdout=subprocess.DEVNULL,
+                                               stderr=subprocess.DEVNULL).returncode, 0)
+            fatal = [line for line in self.text()[before:].splitlines() if 'FATAL' in line]
+            self.assertEqual(len(fatal), 1, self.text())
+            for word in words:
+                self.assertIn(word, fatal[0])
+            rospy.delete_param('/under_test')
+        self.assertIsNone(self.process.poll(), self.text())
+        loader = subprocess.Popen(load, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            self.status_until(lambda s: s.reason == 'no CT is loaded')
+        finally:
+            loader.send_signal(signal.SIGINT)  # It unloads the nodelet.
+            loader.wait(timeout=ROSLAUNCH_PATIENCE)
 
     def test_ends_in_time_at_work(self):
         self.start("_ct/path:=/nowhere/ct.nii.gz")
         status = self.status_until(lambda s: s.reason == "no CT is loaded")
         self.assertEqual(status.state, RegistrationStatus.WAITING_FOR_CT)
+        self.assertFalse(status.accepted or status.registered)
         self.process.send_signal(signal.SIGINT)
         self.assertEqual(self.process.wait(timeout=ROSLAUNCH_PATIENCE), 0)
         rospy.delete_param("/under_test")

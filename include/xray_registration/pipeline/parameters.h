@@ -20,10 +20,10 @@ class Node;
 
 namespace xray_registration {
 
-/// A parameter that cannot be used; the message names it, its value, and what is allowed.
+/// A parameter that cannot be used; the message names it, its value, and what is allowed, on one line.
 class ParameterError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit ParameterError(const std::string& message);
 };
 
 enum class Mode {

@@ -8,7 +8,8 @@ class NodeHandle;
 
 namespace xray_registration {
 
-/// Reads what is below the node's private name, as parseParameters does from YAML.
+/// Reads what is below the node's private name, as parseParameters does from YAML, and checks that the transport of
+/// images can be loaded.
 /// @throws ParameterError
 NodeParameters loadParameters(const ros::NodeHandle& private_node, const Logger& logger = {});
 
