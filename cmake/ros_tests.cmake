@@ -17,12 +17,12 @@ endforeach()
 
 # With a master: the programs stand where rosrun looks, since rostest starts them by their package.
 find_package(rostest REQUIRED)
-foreach(name node sim_time two_views)
+foreach(name node live sim_time two_views)
   add_executable(${name}_rostest ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}_rostest.cpp)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_warnings)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
 endforeach()
-foreach(name node nodelet sim_time two_views process memory)
+foreach(name node nodelet live sim_time two_views process memory)
   # Each its own kernel cache: PoCL's is not safe against another process that writes it.
   set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/rostest_${name})
   file(MAKE_DIRECTORY ${cache})

@@ -28,9 +28,14 @@ void NodeStatistics::frameRefused(const std::string& reason) {
   values_.last_refusal = reason;
 }
 
-void NodeStatistics::frameRegistered(double latency_s, double solve_ms) {
+void NodeStatistics::frameRegistered() {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++values_.registered;
+}
+
+void NodeStatistics::frameAccepted(double latency_s, double solve_ms) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++values_.accepted;
   const Clock::time_point now = Clock::now();
   window_.push_back({now, latency_s, solve_ms});
   while (now - window_.front().when > kWindow) window_.pop_front();
@@ -62,7 +67,7 @@ NodeStatistics::Snapshot NodeStatistics::snapshot() const {
   Snapshot result = values_;
   const Clock::time_point now = Clock::now();
   int count = 0;
-  for (const Registered& frame : window_) {
+  for (const Accepted& frame : window_) {
     if (now - frame.when > kWindow) continue;
     ++count;
     result.latency_s += frame.latency_s;
@@ -82,6 +87,7 @@ void NodeStatistics::fill(RegistrationStatus* message) const {
   message->state = toMessageState(values_.state);
   message->frames_received = values_.received;
   message->frames_registered = values_.registered;
+  message->frames_accepted = values_.accepted;
   message->frames_dropped = values_.dropped;
   message->frames_refused = values_.refused;
   message->device = values_.device;

@@ -68,6 +68,7 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
       worker_(std::make_unique<RegistrationWorker>(parameters_, &publishers_, &transforms_, &statistics_, rosLogger())),
       synchroniser_(synchroniserOptions(parameters_),
                     [this](FrameMessages frame) { worker_->offer(std::move(frame)); }),
+      clock_(ros::Time::isSimTime()),
       registrar_options_(parameters_.registrar),
       tracker_options_(parameters_.tracker) {
   diagnostics_ =
@@ -82,7 +83,7 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
   diagnostics_timer_ = service_node_.createWallTimer(
       ros::WallDuration(kDiagnosticsPeriod), [this](const ros::WallTimerEvent&) { diagnostics_->force_update(); });
   image_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &image_queue_);
-  // Two: ~load_ct waits for the worker, and the others must be answered meanwhile.
+  // Two: one ~load_ct at a time waits for the worker, and the others must be answered meanwhile.
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(2, &service_queue_);
   image_spinner_->start();
   service_spinner_->start();
@@ -113,31 +114,28 @@ void RegistrationNode::subscribe() {
     const std::string info_topic = image_transport::getCameraInfoTopic(image_topic);
     info_subscribers_.push_back(image_node_.subscribe<sensor_msgs::CameraInfo>(
         info_topic, kInfoQueueSize, [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
-          if (timeJumped()) synchroniser_.clear();
+          followClock();
           synchroniser_.addInfo(i, info);
         }));
     image_subscribers_.push_back(transport.subscribe(
         image_topic, kQueueSize,
         [this, i](const sensor_msgs::ImageConstPtr& image) {
-          if (timeJumped()) synchroniser_.clear();
+          followClock();
           synchroniser_.addImage(i, image, ViewSynchroniser::Clock::now());
         },
         ros::VoidPtr(), hints));
   }
 }
 
-bool RegistrationNode::timeJumped() {
-  const ros::Time now = ros::Time::now();
-  const bool back = now < last_now_;
-  last_now_ = now;
-  if (!back) return false;
+void RegistrationNode::followClock() {
+  if (!clock_.wentBack(ros::Time::now())) return;
   worker_->restart("the clock went back");
+  synchroniser_.clear();
   resubscribe_ = true;
-  return true;
 }
 
 void RegistrationNode::watch() {
-  if (timeJumped()) synchroniser_.clear();
+  followClock();
   // Not inside an image callback: a subscription must not be torn down from within itself.
   if (resubscribe_) {
     resubscribe_ = false;
@@ -263,6 +261,7 @@ void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.addf("solve, mean (ms)", "%.1f", values.solve_ms);
   status.add("frames received", values.received);
   status.add("frames registered", values.registered);
+  status.add("frames accepted", values.accepted);
   status.add("frames dropped", values.dropped);
   status.add("frames refused", values.refused);
   status.add("last refusal", values.last_refusal);

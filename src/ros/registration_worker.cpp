@@ -13,8 +13,6 @@ namespace xray_registration {
 
 namespace {
 
-// A stamp this much older than the last one is a recording that starts again, not a late image.
-constexpr double kRestartAfterSeconds = 1.0;
 // Enough for a picture; bounds the time that the marching cubes take.
 constexpr std::size_t kSurfaceVoxels = std::size_t{160} * 160 * 160;
 
@@ -32,8 +30,10 @@ RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publish
       transforms_(transforms),
       statistics_(statistics),
       logger_(std::move(logger)),
-      pipeline_(parameters, logger_) {
-  ++loading_;
+      loading_(!parameters.ct.path.empty()),
+      pipeline_(parameters, logger_),
+      initial_pose_scope_(parameters.ct.path, parameters.ct.read.series_uid),
+      stamps_(ros::Time::isSimTime()) {
   mailbox_.post([this] { startUp(); });
   thread_ = std::thread([this] { run(); });
 }
@@ -71,24 +71,33 @@ void RegistrationWorker::startUp() {
     statistics_->setError(error.what());
   }
   updateStatistics();
+  startFromParameters();
   if (parameters_.ct.path.empty()) {
     log(logger_, LogLevel::kWarning, "parameter ct/path is not set: waiting for ~load_ct");
-    --loading_;
   } else {
-    loadCtNow(parameters_.ct.path, "");  // Takes loading_ back.
+    loadCtNow(parameters_.ct.path, "");
   }
-  if (parameters_.initial_pose) {
+  opening_ = false;
+}
+
+void RegistrationWorker::startFromParameters() {
+  pose_request_.reset();
+  if (parameters_.initial_pose && initial_pose_applies_) {
     pose_request_ = PoseRequest{*parameters_.initial_pose, parameters_.initial_pose_frame};
-    register_requested_ = true;
   }
+  register_requested_ = pose_request_.has_value();
 }
 
 std::future<RegistrationWorker::Answer> RegistrationWorker::loadCt(const std::string& path,
                                                                    const std::string& series_uid) {
   auto promise = std::make_shared<std::promise<Answer>>();
   std::future<Answer> answer = promise->get_future();
-  ++loading_;
-  mailbox_.post([this, promise, path, series_uid] { promise->set_value(loadCtNow(path, series_uid)); });
+  if (loading_.exchange(true)) {
+    // Who waits holds a thread that the other services need.
+    promise->set_value({false, "a CT is being loaded; ask again when that is done"});
+  } else {
+    mailbox_.post([this, promise, path, series_uid] { promise->set_value(loadCtNow(path, series_uid)); });
+  }
   return answer;
 }
 
@@ -100,15 +109,18 @@ RegistrationWorker::Answer RegistrationWorker::loadCtNow(const std::string& path
     pipeline_.loadCt(path, series_uid);
     answer = {true, "loaded " + pipeline_.ctName()};
     log(logger_, LogLevel::kInfo, "loaded CT " + pipeline_.ctName());
-    if (path != parameters_.ct.path) initial_pose_applies_ = false;
-    pose_request_.reset();
+    initial_pose_applies_ = initial_pose_scope_.covers(path, series_uid);
+    if (parameters_.initial_pose && !initial_pose_applies_) {
+      log(logger_, LogLevel::kWarning, "parameter initial_pose is for another CT: this one needs a start of its own");
+    }
+    startFromParameters();
     publishSurface();
   } catch (const std::exception& error) {
     answer = {false, error.what()};
     log(logger_, LogLevel::kError, std::string("the CT was not loaded: ") + error.what());
     statistics_->setError(error.what());
   }
-  --loading_;
+  loading_ = false;
   updateStatistics();
   return answer;
 }
@@ -154,12 +166,9 @@ void RegistrationWorker::restart(const std::string& why) {
 void RegistrationWorker::restartNow(const std::string& why) {
   log(logger_, LogLevel::kWarning, why + ": the pose is forgotten, the CT is kept");
   pipeline_.reset();
-  pose_request_.reset();
   publishers_->forgetStamps();
-  last_stamp_ = last_accepted_stamp_ = ros::Time();
-  if (parameters_.initial_pose && initial_pose_applies_) {
-    pose_request_ = PoseRequest{*parameters_.initial_pose, parameters_.initial_pose_frame};
-  }
+  stamps_.forget();
+  startFromParameters();
   updateStatistics();
 }
 
@@ -183,7 +192,8 @@ void RegistrationWorker::offer(FrameMessages frame) {
     camera_frame_ = first.image->header.frame_id;
   }
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
-  if (loading_ > 0) return refuse(frame.header, "a CT is being loaded");
+  if (loading_) return refuse(frame.header, "a CT is being loaded");
+  if (opening_) return refuse(frame.header, "no CT is loaded; the device is being opened");
   if (const std::optional<FrameMessages> replaced = mailbox_.put(std::move(frame))) drop(*replaced);
 }
 
@@ -207,15 +217,24 @@ void RegistrationWorker::sayUnregistered(const std_msgs::Header& header, const s
 }
 
 std::string RegistrationWorker::stampProblem(const std_msgs::Header& header) {
-  if (header.stamp.isZero()) return "the image has no stamp";
-  if (header.stamp == last_stamp_) return "a frame with this stamp was already handled";
-  if (header.stamp < last_stamp_) {
-    if (last_stamp_.toSec() - header.stamp.toSec() < kRestartAfterSeconds) {
+  switch (stamps_.judge(header.stamp)) {
+    case StampVerdict::kNext:
+      break;
+    case StampVerdict::kNone:
+      return "the image has no stamp";
+    case StampVerdict::kRepeated:
+      return "a frame with this stamp was already handled";
+    case StampVerdict::kLate:
       return "the image is older than the last one";
-    }
-    restartNow("the images' stamps went back");
+    case StampVerdict::kRecordingAgain:
+      restartNow("the images' stamps went back");
+      stamps_.judge(header.stamp);
+      break;
+    case StampVerdict::kClockSetBack:
+      log(logger_, LogLevel::kWarning, "the images' stamps went back: the clock was corrected, the pose is kept");
+      publishers_->forgetStamps();
+      break;
   }
-  last_stamp_ = header.stamp;
   return "";
 }
 
@@ -234,7 +253,7 @@ void RegistrationWorker::handle(const FrameMessages& frame) {
   if (header.frame_id == parameters_.frames.ct) {
     return refuse(header, "the image's frame_id is '" + header.frame_id + "', the frame of the CT (frames/ct)");
   }
-  publishOutcome(header, registerFrame(frame, header));
+  publishOutcome(frame, header, registerFrame(frame, header));
 }
 
 std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, const std::string& camera_frame) const {
@@ -280,51 +299,64 @@ std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
   return "";
 }
 
+/// Where the camera is in frames/fixed: asked once for a frame, for its start and for tf. A frame for which that is not
+/// known could not be published, so it is not registered either.
+std::string RegistrationWorker::findCamera(const std_msgs::Header& header) {
+  T_fixed_camera_ = RigidTransform::Identity();
+  if (parameters_.frames.fixed.empty()) return "";
+  T_fixed_camera_.reset();
+  // What the pipeline refuses anyway needs no transform, and its reason comes first.
+  if (!pipeline_.fault().empty() || !pipeline_.hasCt() || !pipeline_.prediction(header.stamp.toSec())) return "";
+  std::string why;
+  T_fixed_camera_ = transforms_->lookup(parameters_.frames.fixed, header.frame_id, header.stamp,
+                                        parameters_.frames.tf_timeout_s, &why);
+  return T_fixed_camera_ ? "" : why;
+}
+
 FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const std_msgs::Header& header) {
   FrameOutcome refused;
   refused.result.reason = resolvePose(header);
+  if (refused.result.reason.empty()) refused.result.reason = findCamera(header);
   if (!refused.result.reason.empty()) return refused;
-  std::optional<RigidTransform> motion;
-  if (!parameters_.frames.fixed.empty() && pipeline_.lastAcceptedStamp()) {
-    motion = transforms_->motion(header.frame_id, header.stamp, last_accepted_stamp_, parameters_.frames.fixed);
+  std::optional<RigidTransform> T_camera_now_camera_last;
+  if (!parameters_.frames.fixed.empty() && T_fixed_camera_ && pipeline_.lastAcceptedStamp()) {
+    T_camera_now_camera_last = T_fixed_camera_->inverse() * T_fixed_camera_accepted_;
   }
-  return pipeline_.process(header.stamp.toSec(), rawViews(frame, header.frame_id), motion);
+  return pipeline_.process(header.stamp.toSec(), rawViews(frame, header.frame_id), T_camera_now_camera_last);
 }
 
-void RegistrationWorker::publishOutcome(const std_msgs::Header& header, FrameOutcome outcome) {
-  RegistrationResult& result = outcome.result;
-  if (outcome.registered) register_requested_ = false;
+void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_msgs::Header& header,
+                                        FrameOutcome outcome) {
+  const RegistrationResult& result = outcome.result;
+  if (outcome.registered) {
+    register_requested_ = false;
+    statistics_->frameRegistered();
+  }
   if (result.accepted) {
-    last_accepted_stamp_ = header.stamp;
-    RigidTransform T_fixed_camera = RigidTransform::Identity();
-    if (!parameters_.frames.fixed.empty()) {
-      const std::optional<RigidTransform> found = transforms_->lookup(
-          parameters_.frames.fixed, header.frame_id, header.stamp, parameters_.frames.tf_timeout_s, &result.reason);
-      result.accepted = found.has_value();
-      if (found) T_fixed_camera = *found;
-    }
-    if (result.accepted) publishers_->sendPose(header, result, pipeline_.centreCt(), T_fixed_camera);
+    T_fixed_camera_accepted_ = T_fixed_camera_.value();
+    publishers_->sendPose(header, result, pipeline_.centreCt(), T_fixed_camera_accepted_);
   }
   updateStatistics();
   RegistrationStatus message = statusMessage(outcome, header);
   message.latency = latencyOf(header);
   if (result.accepted) {
-    statistics_->frameRegistered(message.latency, result.solve_ms);
+    statistics_->frameAccepted(message.latency, result.solve_ms);
   } else {
     statistics_->frameRefused(result.reason);
   }
   statistics_->fill(&message);
   publishers_->status(message);
-  publishPictures(header, outcome);
+  publishPictures(frame, outcome);
 }
 
-void RegistrationWorker::publishPictures(const std_msgs::Header& header, const FrameOutcome& outcome) {
+void RegistrationWorker::publishPictures(const FrameMessages& frame, const FrameOutcome& outcome) {
   if (!outcome.registered) return;
   for (std::size_t i = 0; i < outcome.views.size(); ++i) {
     const bool wants_drr = outcome.result.accepted && publishers_->wantsDrr(i);
     const bool wants_overlay = publishers_->wantsOverlay(i);
     if (!outcome.views[i] || !(wants_drr || wants_overlay)) continue;
     const ViewInput& view = *outcome.views[i];
+    const std_msgs::Header& header = frame.views[i].image->header;  // The view's own: where and when it was taken.
     try {
       const FloatImage drr = pipeline_.renderDrr(view.xray->camera, view.T_view_first * outcome.result.T_camera_ct);
       if (drr.empty()) continue;

@@ -29,13 +29,4 @@ std::optional<RigidTransform> Transforms::lookup(const std::string& target, cons
   }
 }
 
-std::optional<RigidTransform> Transforms::motion(const std::string& target, const ros::Time& now, const ros::Time& then,
-                                                 const std::string& fixed) const {
-  try {
-    return fromTransform(buffer_.lookupTransform(target, now, target, then, fixed).transform);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-}
-
 }  // namespace xray_registration

@@ -207,6 +207,7 @@ void writeOutput(const Arguments& arguments, const BagSession& session, const st
   const FrameParameters& frames = pipeline.parameters().frames;
   copyInput(arguments.bag, session.views().front().frame_id, frames, &output);
   std::uint64_t registered = 0;
+  std::uint64_t accepted = 0;
   std::uint64_t refused = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
     const FrameRecord& record = records[i];
@@ -215,9 +216,11 @@ void writeOutput(const Arguments& arguments, const BagSession& session, const st
     header.stamp = record.stamp;
     header.frame_id = session.views().front().frame_id;
     RegistrationStatus status = statusOf(record, header, pipeline);
-    (result.accepted ? registered : refused) += 1;
+    if (status.registered) ++registered;
+    (result.accepted ? accepted : refused) += 1;
     status.frames_received = i + 1;
     status.frames_registered = registered;
+    status.frames_accepted = accepted;
     status.frames_refused = refused;
     output.write(kStatusTopic, record.received, status);
     if (!result.accepted) continue;

@@ -4,6 +4,7 @@
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <ros/ros.h>
+#include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
 #include <xray_registration/LoadCt.h>
 #include <xray_registration/RegistrationStatus.h>
@@ -51,7 +52,7 @@ class NodeProbe {
     tf_ = node_.subscribe<tf2_msgs::TFMessage>("/tf", 1000, [this](const auto& message) {
       const std::lock_guard<std::mutex> lock(mutex_);
       for (const auto& transform : message->transforms) {
-        if (transform.child_frame_id == "ct") transforms_.push_back(transform);
+        if (transform.child_frame_id == "ct" || transform.header.frame_id == "ct") transforms_.push_back(transform);
       }
     });
   }
@@ -70,6 +71,12 @@ class NodeProbe {
     images_[view].publish(image);
   }
   void publishImage(const sensor_msgs::Image& image) { images_[0].publish(image); }
+
+  /// Services that take nothing, below the node's name.
+  bool trigger(const std::string& service) {
+    std_srvs::Trigger call;
+    return ros::service::call(node_name_ + "/" + service, call) && call.response.success;
+  }
 
   LoadCt::Response loadCt(const std::string& path) {
     LoadCt call;

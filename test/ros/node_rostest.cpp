@@ -1,13 +1,18 @@
-// One view through a running node or nodelet: waits, loads, tracks, refuses, recovers. The tests build on each other.
+// One view through a running node or nodelet: loads, tracks, refuses, recovers. Each case runs by itself, in any order:
+// `rostest xray_registration node.test filter:=Node.FollowsTheHead`.
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <dynamic_reconfigure/Reconfigure.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <std_srvs/SetBool.h>
-#include <std_srvs/Trigger.h>
+#include <sys/stat.h>
 #include <tf2_ros/static_transform_broadcaster.h>
+#include <unistd.h>
 #include <visualization_msgs/Marker.h>
 
 #include <atomic>
+#include <fstream>
+#include <future>
 #include <memory>
 
 #include "node_probe.h"
@@ -23,10 +28,31 @@ class Node : public testing::Test {
     scene_ = std::make_unique<Scene>("node_" + std::to_string(ros::WallTime::now().toNSec()));
     probe_ = std::make_unique<NodeProbe>("registration", std::vector<std::string>{""});
     ASSERT_TRUE(probe_->connected());
+    const LoadCt::Response loaded = probe_->loadCt(scene_->ctPath());
+    ASSERT_TRUE(loaded.success) << loaded.message;
   }
   static void TearDownTestSuite() {
     probe_.reset();
     scene_.reset();
+  }
+
+  void SetUp() override {
+    ASSERT_TRUE(probe_->trigger("reset"));
+    statuses_before_ = probe_->statusCount();
+  }
+  /// Whatever happened: every answer holds numbers, and a reason exactly when it is not accepted.
+  void TearDown() override {
+    const std::vector<RegistrationStatus> all = probe_->allStatuses();
+    for (std::size_t i = statuses_before_; i < all.size(); ++i) {
+      const RegistrationStatus& status = all[i];
+      for (const double value :
+           {status.similarity, status.residual, status.inlier_fraction, status.condition_number, status.pose.position.x,
+            status.pose.position.z, status.pose.orientation.w, status.latency, status.solve_time}) {
+        EXPECT_TRUE(std::isfinite(value));
+      }
+      EXPECT_EQ(status.accepted != 0, status.reason.empty()) << status.reason;
+      EXPECT_LE(status.accepted, status.registered);
+    }
   }
 
   /// Publishes the head at a pose; every call has a new stamp, 0.1 s after the last.
@@ -49,34 +75,36 @@ class Node : public testing::Test {
   static void expectRefused(const ros::Time& stamp, const std::string& word) {
     const RegistrationStatus status = probe_->answer(stamp);
     EXPECT_FALSE(status.accepted);
+    EXPECT_NE(status.reason, "no status came");
     EXPECT_NE(status.reason.find(word), std::string::npos) << status.reason;
     EXPECT_TRUE(probe_->transforms(stamp).empty());
     EXPECT_TRUE(probe_->poses(stamp).empty());
-  }
-  static bool trigger(const std::string& service) {
-    std_srvs::Trigger call;
-    return ros::service::call("registration/" + service, call) && call.response.success;
   }
   static void startAt(const RigidTransform& truth) {
     const SetInitialPose::Response response = probe_->setPose(scene_->disturbed(truth), kFrame);
     ASSERT_TRUE(response.success) << response.message;
   }
+  /// Afterwards the node tracks the head at pose `number`.
+  static void track(int number) {
+    ASSERT_NO_FATAL_FAILURE(startAt(scene_->pose(number)));
+    ASSERT_NO_FATAL_FAILURE(expectAccepted(publish(scene_->pose(number)), scene_->pose(number)));
+  }
+  /// Turned by 40° about the vertical: nothing that tracking from pose 0 may accept.
+  static RigidTransform elsewhere() {
+    Twist turn;
+    turn << 0.0, 0.0, 0.0, 0.0, 0.7, 0.0;
+    return updatedPose(scene_->pose(0), turn, scene_->pose(0) * scene_->centreCt());
+  }
 
   static std::unique_ptr<Scene> scene_;
   static std::unique_ptr<NodeProbe> probe_;
   static ros::Time stamp_;
+  std::size_t statuses_before_ = 0;
 };
 
 std::unique_ptr<Scene> Node::scene_;
 std::unique_ptr<NodeProbe> Node::probe_;
 ros::Time Node::stamp_{1000.0};
-
-TEST_F(Node, WaitsForACt) {
-  // A node that is still opening its device says that a CT is being loaded: also a reason without a pose.
-  const ros::Time stamp = publish(scene_->pose(0));
-  expectRefused(stamp, "CT");
-  EXPECT_EQ(probe_->answer(stamp).state, RegistrationStatus::WAITING_FOR_CT);
-}
 
 TEST_F(Node, SaysWhyACtCannotBeLoaded) {
   const LoadCt::Response response = probe_->loadCt("/nowhere/head.nii.gz");
@@ -110,6 +138,129 @@ TEST_F(Node, LoadsACtWhileFramesArrive) {
   }
 }
 
+/// Describes a CT whose voxels come through a pipe: it is being read until somebody writes there.
+class SlowCt {
+ public:
+  SlowCt() {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(path()) << "NRRD0004\ntype: short\ndimension: 3\nsizes: 8 8 8\nencoding: raw\nendian: little\n"
+                          << "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+                          << "space origin: (0,0,0)\ndata file: voxels.raw\n\n";
+    EXPECT_EQ(mkfifo((folder_ / "voxels.raw").c_str(), 0600), 0);
+  }
+  ~SlowCt() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  SlowCt(const SlowCt&) = delete;
+  SlowCt& operator=(const SlowCt&) = delete;
+
+  std::string path() const { return (folder_ / "slow.nhdr").string(); }
+  /// Whether the reader waits at the pipe; once true it goes on, and finds that there are no voxels.
+  bool release() const {
+    const int pipe = open((folder_ / "voxels.raw").c_str(), O_WRONLY | O_NONBLOCK);
+    if (pipe >= 0) close(pipe);
+    return pipe >= 0;
+  }
+
+ private:
+  std::filesystem::path folder_ = std::filesystem::temp_directory_path() /
+                                  ("xray_registration_slow_" + std::to_string(ros::WallTime::now().toNSec()));
+};
+
+TEST_F(Node, AnswersWhileACtIsLoaded) {
+  const SlowCt slow;
+  ros::NodeHandle node;
+  std::atomic<int> diagnostics{0};
+  const ros::Subscriber subscriber = node.subscribe<diagnostic_msgs::DiagnosticArray>(
+      "/diagnostics", 10, [&](const diagnostic_msgs::DiagnosticArrayConstPtr&) { ++diagnostics; });
+  std::future<LoadCt::Response> first = std::async(std::launch::async, [&] { return probe_->loadCt(slow.path()); });
+  ASSERT_TRUE(waitFor([&] { return probe_->answer(publish(scene_->pose(0))).reason == "a CT is being loaded"; }));
+
+  std::future<LoadCt::Response> second =
+      std::async(std::launch::async, [&] { return probe_->loadCt(scene_->ctPath()); });
+  std::future<bool> other = std::async(std::launch::async, [&] { return probe_->trigger("reset"); });
+  const int diagnostics_before = diagnostics;
+  const auto isReady = [](const auto& answer) {
+    return answer.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  };
+  EXPECT_TRUE(waitFor([&] { return isReady(second) && isReady(other) && diagnostics > diagnostics_before; }, 10.0));
+  EXPECT_FALSE(isReady(first));
+
+  EXPECT_TRUE(waitFor([&] {
+    slow.release();
+    return isReady(first);
+  }));
+  EXPECT_FALSE(first.get().success);
+  const LoadCt::Response answer = second.get();
+  EXPECT_FALSE(answer.success);
+  EXPECT_NE(answer.message.find("being loaded"), std::string::npos) << answer.message;
+  EXPECT_TRUE(other.get());
+  ASSERT_NO_FATAL_FAILURE(track(0));  // The CT that was there is still there.
+}
+
+TEST_F(Node, TakesAnotherCtWhileTracking) {
+  const std::string other =
+      std::filesystem::temp_directory_path() / ("xray_registration_other_" + std::to_string(getpid()) + ".nii.gz");
+  std::filesystem::copy_file(scene_->ctPath(), other, std::filesystem::copy_options::overwrite_existing);
+  ASSERT_NO_FATAL_FAILURE(track(0));
+  const LoadCt::Response loaded = probe_->loadCt(other);
+  std::filesystem::remove(other);
+  ASSERT_TRUE(loaded.success) << loaded.message;
+  const ros::Time stamp = publish(scene_->pose(0));
+  expectRefused(stamp, "pose");
+  EXPECT_EQ(probe_->answer(stamp).state, RegistrationStatus::WAITING_FOR_POSE);
+  EXPECT_NE(probe_->answer(stamp).ct.find("other"), std::string::npos);
+  ASSERT_NO_FATAL_FAILURE(track(0));
+}
+
+TEST_F(Node, IsLostAndFindsBack) {
+  ASSERT_NO_FATAL_FAILURE(track(0));
+  const RigidTransform away = elsewhere();
+  RegistrationStatus status;
+  for (int i = 0; i < 5; ++i) {  // tracking/frames_until_lost
+    EXPECT_NE(status.state, RegistrationStatus::LOST);
+    const ros::Time stamp = publish(away);
+    expectRefused(stamp, "");
+    status = probe_->answer(stamp);
+    EXPECT_TRUE(status.registered) << status.reason;
+  }
+  EXPECT_EQ(status.state, RegistrationStatus::LOST);
+  const ros::Time stamp = publish(scene_->pose(1));
+  expectAccepted(stamp, scene_->pose(1));
+  EXPECT_EQ(probe_->answer(stamp).state, RegistrationStatus::TRACKING);
+}
+
+TEST_F(Node, KeepsThePoseWhenTheClockIsSetBack) {
+  ASSERT_NO_FATAL_FAILURE(track(0));
+  stamp_ -= ros::Duration(50.05);  // Not a stamp that was there before.
+  for (int i = 0; i < 3; ++i) {
+    const ros::Time stamp = publish(scene_->pose(i));
+    expectAccepted(stamp, scene_->pose(i));
+    EXPECT_TRUE(waitFor([&] { return !probe_->transforms(stamp).empty(); }));
+  }
+}
+
+TEST_F(Node, CountsWhatReachedTheSolverAndWhatWasAccepted) {
+  ASSERT_NO_FATAL_FAILURE(track(0));
+  const RegistrationStatus accepted = probe_->answer(publish(scene_->pose(0)));
+  EXPECT_TRUE(accepted.registered);
+
+  sensor_msgs::Image coloured = scene_->image(scene_->pose(0), nextStamp(), kFrame);
+  coloured.encoding = "bgr8";
+  probe_->publish(coloured, scene_->info(coloured.header));
+  const RegistrationStatus unusable = probe_->answer(coloured.header.stamp);
+  EXPECT_FALSE(unusable.registered);
+  EXPECT_EQ(unusable.frames_registered, accepted.frames_registered);
+  EXPECT_EQ(unusable.frames_accepted, accepted.frames_accepted);
+
+  const RegistrationStatus refused = probe_->answer(publish(elsewhere()));
+  EXPECT_TRUE(refused.registered) << refused.reason;
+  EXPECT_EQ(refused.frames_registered, accepted.frames_registered + 1);
+  EXPECT_EQ(refused.frames_accepted, accepted.frames_accepted);
+  EXPECT_EQ(refused.frames_refused, accepted.frames_refused + 2);
+}
+
 TEST_F(Node, WaitsForAPose) {
   const ros::Time stamp = publish(scene_->pose(0));
   expectRefused(stamp, "pose");
@@ -117,6 +268,7 @@ TEST_F(Node, WaitsForAPose) {
 }
 
 TEST_F(Node, RefusesPosesThatAreNone) {
+  expectRefused(publish(scene_->pose(0)), "pose");  // From here on the node knows the camera's frame.
   SetInitialPose call;
   call.request.pose.header.frame_id = kFrame;  // The quaternion of a default message is 0.
   ASSERT_TRUE(ros::service::call("registration/set_initial_pose", call));
@@ -146,6 +298,7 @@ TEST_F(Node, FollowsTheHead) {
 }
 
 TEST_F(Node, SendsTfOnceForAStamp) {
+  ASSERT_NO_FATAL_FAILURE(startAt(scene_->pose(6)));
   const sensor_msgs::Image image = scene_->image(scene_->pose(6), nextStamp(), kFrame);
   probe_->publish(image, scene_->info(image.header));
   expectAccepted(image.header.stamp, scene_->pose(6));
@@ -157,6 +310,7 @@ TEST_F(Node, SendsTfOnceForAStamp) {
 }
 
 TEST_F(Node, RefusesBadFramesAndGoesOn) {
+  ASSERT_NO_FATAL_FAILURE(track(6));
   struct Case {
     std::string word;
     std::function<void(sensor_msgs::Image*, sensor_msgs::CameraInfo*)> spoil;
@@ -178,17 +332,16 @@ TEST_F(Node, RefusesBadFramesAndGoesOn) {
     probe_->publish(image, info);
     SCOPED_TRACE("case " + std::to_string(i));
     expectRefused(image.header.stamp, cases[i].word);
-    EXPECT_NE(probe_->answer(image.header.stamp).reason, "no status came");
   }
   sensor_msgs::Image unstamped = scene_->image(scene_->pose(6), ros::Time(), kFrame);
   probe_->publish(unstamped, scene_->info(unstamped.header));
   expectRefused(ros::Time(), "stamp");
 
-  startAt(scene_->pose(6));
   expectAccepted(publish(scene_->pose(6)), scene_->pose(6));
 }
 
 TEST_F(Node, TakesBigEndianAndPaddedRowsAndFloats) {
+  ASSERT_NO_FATAL_FAILURE(track(6));
   sensor_msgs::Image swapped = scene_->image(scene_->pose(6), nextStamp(), kFrame);
   sensor_msgs::Image padded = swapped;
   padded.is_bigendian = 1;
@@ -209,6 +362,7 @@ TEST_F(Node, TakesBigEndianAndPaddedRowsAndFloats) {
 }
 
 TEST_F(Node, ShowsPicturesToWhoLooks) {
+  ASSERT_NO_FATAL_FAILURE(track(6));
   ros::NodeHandle node;
   std::mutex mutex;
   sensor_msgs::ImageConstPtr drr;
@@ -244,6 +398,7 @@ TEST_F(Node, ShowsPicturesToWhoLooks) {
 }
 
 TEST_F(Node, IsSwitchedOffAndOn) {
+  ASSERT_NO_FATAL_FAILURE(track(6));
   std_srvs::SetBool call;
   call.request.data = 0;
   ASSERT_TRUE(ros::service::call("registration/set_enabled", call));
@@ -263,14 +418,13 @@ TEST_F(Node, TakesThePoseInAnyConnectedFrame) {
   transform.child_frame_id = "table";
   transform.transform = toTransform(T_camera_table);
   broadcaster.sendTransform(transform);
-  ASSERT_TRUE(trigger("reset"));
+  expectRefused(publish(scene_->pose(3)), "pose");  // From here on the node knows the camera's frame.
   const RigidTransform start = T_camera_table.inverse() * scene_->disturbed(scene_->pose(3));
   ASSERT_TRUE(waitFor([&] { return probe_->setPose(start, "table").success != 0; }, 10.0));
   expectAccepted(publish(scene_->pose(3)), scene_->pose(3));
 }
 
 TEST_F(Node, TakesInitialposeFromItsTopic) {
-  ASSERT_TRUE(trigger("reset"));
   ros::NodeHandle node;
   ros::Publisher publisher = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("initialpose", 1);
   ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
@@ -282,19 +436,21 @@ TEST_F(Node, TakesInitialposeFromItsTopic) {
 }
 
 TEST_F(Node, TuningChangesLive) {
+  ASSERT_NO_FATAL_FAILURE(track(1));
   dynamic_reconfigure::Reconfigure call;
   call.request.config.doubles.resize(1);
   call.request.config.doubles[0].name = "min_similarity";
   call.request.config.doubles[0].value = 1.0;  // No noisy image reaches it.
   ASSERT_TRUE(ros::service::call("registration/accept/set_parameters", call));
   expectRefused(publish(scene_->pose(1)), "similar");
-  call.request.config.doubles[0].value = 0.5;
+  call.request.config.doubles[0].value = 0.54;  // As config/default.yaml has it.
   ASSERT_TRUE(ros::service::call("registration/accept/set_parameters", call));
   startAt(scene_->pose(1));
   expectAccepted(publish(scene_->pose(1)), scene_->pose(1));
 }
 
 TEST_F(Node, CountsWhatItCannotHold) {
+  ASSERT_NO_FATAL_FAILURE(track(1));
   // Faster than any device: the messages are made beforehand and sent without a pause.
   constexpr int kFrames = 150;
   const sensor_msgs::Image image = scene_->image(scene_->pose(1), ros::Time(1.0), kFrame);
@@ -314,13 +470,14 @@ TEST_F(Node, CountsWhatItCannotHold) {
   EXPECT_GT(after.frames_dropped, before.frames_dropped);
   waitFor([&] { return probe_->statusCount() - statuses_before >= received; }, 10.0);
   EXPECT_EQ(probe_->statusCount() - statuses_before, received);
-  EXPECT_EQ(received, (after.frames_registered - before.frames_registered) +
+  EXPECT_EQ(received, (after.frames_accepted - before.frames_accepted) +
                           (after.frames_dropped - before.frames_dropped) +
                           (after.frames_refused - before.frames_refused));
 }
 
 TEST_F(Node, ForgetsThePoseOnResetAndKeepsTheCt) {
-  ASSERT_TRUE(trigger("reset"));
+  ASSERT_NO_FATAL_FAILURE(track(1));
+  ASSERT_TRUE(probe_->trigger("reset"));
   const ros::Time stamp = publish(scene_->pose(1));
   expectRefused(stamp, "pose");
   EXPECT_EQ(probe_->answer(stamp).state, RegistrationStatus::WAITING_FOR_POSE);
@@ -345,19 +502,9 @@ TEST_F(Node, TellsDiagnostics) {
   const std::lock_guard<std::mutex> lock(mutex);
   std::string keys;
   for (const auto& value : found.values) keys += value.key + ";";
-  for (const char* key : {"state", "device", "device bytes", "rate", "latency", "dropped", "last error"}) {
+  for (const char* key : {"state", "device", "device bytes", "rate", "latency", "frames registered", "frames accepted",
+                          "dropped", "last error"}) {
     EXPECT_NE(keys.find(key), std::string::npos) << keys;
-  }
-}
-
-TEST_F(Node, NothingItSaidWasNotANumber) {
-  for (const RegistrationStatus& status : probe_->allStatuses()) {
-    for (const double value :
-         {status.similarity, status.residual, status.inlier_fraction, status.condition_number, status.pose.position.x,
-          status.pose.position.z, status.pose.orientation.w, status.latency, status.solve_time}) {
-      ASSERT_TRUE(std::isfinite(value));
-    }
-    EXPECT_EQ(status.accepted != 0, status.reason.empty());
   }
 }
 

@@ -40,6 +40,13 @@ TEST(SimulatedTime, JumpForgetsThePoseAndKeepsTheCt) {
   status = publish(100.5);
   ASSERT_TRUE(status.accepted) << status.reason;
 
+  // A clock that only wavers changes nothing.
+  setClock(100.45);
+  ASSERT_TRUE(waitFor([&] { return ros::Time::now() == ros::Time(100.45); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // The node looks at the clock every 100 ms.
+  status = publish(100.6);
+  ASSERT_TRUE(status.accepted) << status.reason;
+
   // The recording starts again. Frames may be lost while the subscriptions are made anew.
   setClock(10.0);
   double seconds = 10.0;

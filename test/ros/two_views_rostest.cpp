@@ -3,6 +3,10 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+
 #include "node_probe.h"
 
 namespace xray_registration {
@@ -78,6 +82,38 @@ TEST(TwoViews, RegisterTogether) {
 
   status = publish(true);
   EXPECT_TRUE(status.accepted) << status.reason;
+
+  // Each view's pictures say when and where that view was taken.
+  ros::NodeHandle node;
+  std::mutex mutex;
+  std::map<std::string, std_msgs::Header> headers;
+  std::vector<ros::Subscriber> pictures;
+  for (const std::string topic : {"ap/drr", "ap/overlay", "lateral/drr", "lateral/overlay"}) {
+    pictures.push_back(
+        node.subscribe<sensor_msgs::Image>("registration/" + topic, 1, [&, topic](const sensor_msgs::ImageConstPtr& m) {
+          const std::lock_guard<std::mutex> lock(mutex);
+          headers[topic] = m->header;
+        }));
+  }
+  const auto allOf = [&](double first_s) {  // All four of the frame at this time.
+    const std::lock_guard<std::mutex> lock(mutex);
+    return headers.size() == 4 && std::all_of(headers.begin(), headers.end(), [&](const auto& entry) {
+             return std::abs(entry.second.stamp.toSec() - first_s) < 0.1;
+           });
+  };
+  ASSERT_TRUE(waitFor([&] {
+    status = publish(true);
+    return waitFor([&] { return allOf(seconds); }, 1.0);
+  }));
+  const std::lock_guard<std::mutex> lock(mutex);
+  for (const char* picture : {"drr", "overlay"}) {
+    const std_msgs::Header ap = headers[std::string("ap/") + picture];
+    const std_msgs::Header lateral = headers[std::string("lateral/") + picture];
+    EXPECT_EQ(ap.frame_id, "ap_optical");
+    EXPECT_EQ(ap.stamp, ros::Time(seconds));
+    EXPECT_EQ(lateral.frame_id, "lateral_optical");
+    EXPECT_EQ(lateral.stamp, ros::Time(seconds + 0.005));
+  }
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ class NodeStatistics {
     std::size_t device_bytes = 0;
     std::string ct;
     std::uint64_t received = 0;
-    std::uint64_t registered = 0;
+    std::uint64_t registered = 0;  ///< Reached the solver.
+    std::uint64_t accepted = 0;
     std::uint64_t dropped = 0;
     std::uint64_t refused = 0;
     std::string last_error;    ///< Of the device, a CT, a pose or a parameter; not the reason of a refused frame.
@@ -28,13 +29,15 @@ class NodeStatistics {
     double latency_s = 0.0;    ///< Mean over the window.
     double max_latency_s = 0.0;
     double solve_ms = 0.0;
-    double rate_hz = 0.0;  ///< Frames that were registered, on the wall's clock.
+    double rate_hz = 0.0;  ///< Frames that were accepted, on the wall's clock.
   };
 
   void frameReceived();
   void frameDropped();
   void frameRefused(const std::string& reason);
-  void frameRegistered(double latency_s, double solve_ms);
+  /// The solver ran; then comes frameAccepted or frameRefused.
+  void frameRegistered();
+  void frameAccepted(double latency_s, double solve_ms);
 
   void setState(TrackingState state);
   void setDevice(const std::string& name, std::size_t bytes);
@@ -47,14 +50,14 @@ class NodeStatistics {
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Registered {
+  struct Accepted {
     Clock::time_point when;
     double latency_s = 0.0;
     double solve_ms = 0.0;
   };
   mutable std::mutex mutex_;
   Snapshot values_;
-  std::deque<Registered> window_;  ///< The last five seconds.
+  std::deque<Accepted> window_;  ///< The last five seconds.
 };
 
 }  // namespace xray_registration

@@ -22,6 +22,7 @@
 #include "xray_registration/SolverConfig.h"
 #include "xray_registration/TrackingConfig.h"
 #include "xray_registration/pipeline/parameters.h"
+#include "xray_registration/ros/clock_watch.h"
 #include "xray_registration/ros/registration_worker.h"
 #include "xray_registration/ros/view_synchroniser.h"
 
@@ -51,7 +52,7 @@ class RegistrationNode {
   // On the image thread.
   void subscribe();
   void watch();
-  bool timeJumped();
+  void followClock();
 
   // On the service threads.
   bool loadCt(LoadCt::Request& request, LoadCt::Response& response);
@@ -83,7 +84,7 @@ class RegistrationNode {
   std::vector<ros::ServiceServer> services_;
   ros::WallTimer watch_timer_;
   ros::WallTimer diagnostics_timer_;
-  ros::Time last_now_;
+  ClockWatch clock_;
   bool resubscribe_ = false;
 
   boost::recursive_mutex tuning_mutex_;  ///< The servers' own too: they ask for this kind.

@@ -9,8 +9,10 @@
 
 #include "xray_registration/pipeline/frame_mailbox.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
+#include "xray_registration/ros/initial_pose_scope.h"
 #include "xray_registration/ros/node_statistics.h"
 #include "xray_registration/ros/publishers.h"
+#include "xray_registration/ros/stamp_order.h"
 #include "xray_registration/ros/transforms.h"
 #include "xray_registration/ros/view_synchroniser.h"
 
@@ -35,7 +37,8 @@ class RegistrationWorker {
   /// this one replaces is answered as dropped.
   void offer(FrameMessages frame);
 
-  /// Broken when the worker stops before it is done.
+  /// Answered at once, without success, while another one is being loaded. Broken when the worker stops before it is
+  /// done.
   std::future<Answer> loadCt(const std::string& path, const std::string& series_uid);
 
   /// The CT's pose in `frame_id`; an empty one is the first view's optical frame. Resolved at the next frame's stamp.
@@ -66,6 +69,7 @@ class RegistrationWorker {
   void run();
   void startUp();
   void restartNow(const std::string& why);
+  void startFromParameters();
   Answer loadCtNow(const std::string& path, const std::string& series_uid);
   void publishSurface();
   void updateStatistics();
@@ -74,9 +78,10 @@ class RegistrationWorker {
   std::string stampProblem(const std_msgs::Header& header);
   std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
   std::string resolvePose(const std_msgs::Header& header);
+  std::string findCamera(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
-  void publishOutcome(const std_msgs::Header& header, FrameOutcome outcome);
-  void publishPictures(const std_msgs::Header& header, const FrameOutcome& outcome);
+  void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, FrameOutcome outcome);
+  void publishPictures(const FrameMessages& frame, const FrameOutcome& outcome);
   void refuse(const std_msgs::Header& header, const std::string& reason);
   void drop(const FrameMessages& frame);
   void sayUnregistered(const std_msgs::Header& header, const std::string& reason);
@@ -89,7 +94,8 @@ class RegistrationWorker {
 
   FrameMailbox<FrameMessages> mailbox_;
   std::atomic<bool> enabled_{true};
-  std::atomic<int> loading_{0};
+  std::atomic<bool> opening_{true};   ///< The device, at the start.
+  std::atomic<bool> loading_{false};  ///< A CT, from the request on.
   mutable std::mutex camera_frame_mutex_;
   std::string camera_frame_;
 
@@ -97,9 +103,11 @@ class RegistrationWorker {
   RegistrationPipeline pipeline_;
   std::optional<PoseRequest> pose_request_;
   bool register_requested_ = false;
+  InitialPoseScope initial_pose_scope_;
   bool initial_pose_applies_ = true;
-  ros::Time last_stamp_;
-  ros::Time last_accepted_stamp_;
+  StampOrder stamps_;
+  std::optional<RigidTransform> T_fixed_camera_;  ///< Of the frame at hand; the identity without frames/fixed.
+  RigidTransform T_fixed_camera_accepted_ = RigidTransform::Identity();  ///< Of pipeline_.lastAcceptedStamp().
   std::future<void> surface_;
   std::thread thread_;
 };

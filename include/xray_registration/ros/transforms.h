@@ -24,10 +24,6 @@ class Transforms {
   std::optional<RigidTransform> lookup(const std::string& target, const std::string& source, const ros::Time& stamp,
                                        double timeout_s, std::string* why) const;
 
-  /// T_target(now)_target(then): the frame's own motion as `fixed` saw it, without waiting.
-  std::optional<RigidTransform> motion(const std::string& target, const ros::Time& now, const ros::Time& then,
-                                       const std::string& fixed) const;
-
   /// Ends every wait.
   void stop() { stopped_ = true; }
 
