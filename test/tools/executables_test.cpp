@@ -217,6 +217,15 @@ TEST_F(ExecutablesTest, RenderedByDeviceAndExactly) {
   EXPECT_EQ(contents(tools().path("drr.png")).substr(1, 3), "PNG");
 }
 
+RegistrationStatus lastStatus(const std::string& path) {
+  rosbag::Bag bag(path);
+  RegistrationStatus last;
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery("/xray_registration/status"))) {
+    last = *message.instantiate<RegistrationStatus>();
+  }
+  return last;
+}
+
 constexpr char kRegister[] =
     "register_bag --ct head.nii.gz --bag session.bag --initial-pose-topic /lateral/ground_truth --disturb 2,3 ";
 
@@ -252,6 +261,11 @@ TEST_F(ExecutablesTest, SessionThereAndBack) {
   EXPECT_EQ(count("/xray_registration/status"), 4U);
   EXPECT_EQ(count("/xray_registration/pose"), accepted);
   EXPECT_EQ(count("/tf"), accepted);
+  const RegistrationStatus last = lastStatus(tools().path("out.bag"));
+  EXPECT_EQ(last.frames_received, 4U);
+  EXPECT_EQ(last.frames_registered, 4U);  // Each had steps, above.
+  EXPECT_EQ(last.frames_accepted, accepted);
+  EXPECT_EQ(last.frames_refused, 4U - accepted);
 }
 
 std::vector<ros::Time> stampsOfCt(const std::string& path) {
@@ -310,6 +324,10 @@ TEST_F(ExecutablesTest, ImagesWithoutAStampAreRefused) {
     EXPECT_NE(frame["reason"].get<std::string>().find("has no stamp"), std::string::npos) << frame["reason"];
   }
   EXPECT_TRUE(stampsOfCt(tools().path("refused.bag")).empty());
+  const RegistrationStatus last = lastStatus(tools().path("refused.bag"));
+  EXPECT_EQ(last.frames_registered, 0U);
+  EXPECT_EQ(last.frames_accepted, 0U);
+  EXPECT_EQ(last.frames_refused, 4U);
 }
 
 TEST_F(ExecutablesTest, ComparesRecordedPoses) {
