@@ -109,19 +109,22 @@ RegistrationWorker::Answer RegistrationWorker::loadCtNow(const std::string& path
     pipeline_.loadCt(path, series_uid);
     answer = {true, "loaded " + pipeline_.ctName()};
     log(logger_, LogLevel::kInfo, "loaded CT " + pipeline_.ctName());
-    initial_pose_applies_ = initial_pose_scope_.covers(path, series_uid);
-    if (parameters_.initial_pose && !initial_pose_applies_) {
-      log(logger_, LogLevel::kWarning, "parameter initial_pose is for another CT: this one needs a start of its own");
-    }
-    startFromParameters();
-    publishSurface();
   } catch (const std::exception& error) {
     answer = {false, error.what()};
     log(logger_, LogLevel::kError, std::string("the CT was not loaded: ") + error.what());
     statistics_->setError(error.what());
   }
+  // Also a CT that was read and that the device refused has taken the place of the one before.
+  if (pipeline_.ct()) {
+    initial_pose_applies_ = initial_pose_scope_.covers(path, series_uid);
+    if (parameters_.initial_pose && !initial_pose_applies_) {
+      log(logger_, LogLevel::kWarning, "parameter initial_pose is for another CT: this one needs a start of its own");
+    }
+    startFromParameters();
+  }
   loading_ = false;
   updateStatistics();
+  publishSurface();
   return answer;
 }
 
