@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace xray_registration {
 
@@ -71,6 +72,20 @@ RigidTransform rigidFromMatrix(const Eigen::Matrix4d& matrix) {
   const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
   transform.linear() = Eigen::Quaterniond(linear).normalized().toRotationMatrix();
   transform.translation() = matrix.topRightCorner<3, 1>();
+  return transform;
+}
+
+RigidTransform rigidFromQuaternion(const Eigen::Vector3d& translation_mm, const Eigen::Quaterniond& rotation) {
+  if (!translation_mm.allFinite() || !rotation.coeffs().allFinite()) {
+    throw std::invalid_argument("has a number that is not finite");
+  }
+  if (std::abs(rotation.norm() - 1.0) > 0.01) {
+    throw std::invalid_argument("has an orientation of length " + std::to_string(rotation.norm()) +
+                                "; a quaternion of length 1 is needed");
+  }
+  RigidTransform transform = RigidTransform::Identity();
+  transform.linear() = rotation.normalized().toRotationMatrix();
+  transform.translation() = translation_mm;
   return transform;
 }
 

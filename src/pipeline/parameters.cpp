@@ -6,6 +6,7 @@
 #include <regex>
 
 #include "pipeline/parameter_group.h"
+#include "xray_registration/pipeline/pose_yaml.h"
 
 namespace xray_registration {
 
@@ -111,10 +112,14 @@ void readInitialPose(const YAML::Node& tree, NodeParameters* parameters) {
   const YAML::Node node = ParameterGroup(tree, "").known("initial_pose");
   // "none" is how a launch file or a person writes that there is none.
   if (!ParameterGroup::isGiven(node) || (node.IsScalar() && (node.Scalar().empty() || node.Scalar() == "none"))) return;
-  parameters->initial_pose = parsePose(node, "initial_pose");
+  try {
+    parameters->initial_pose = poseFromYaml(node);
+  } catch (const std::invalid_argument& error) {
+    throw ParameterError("parameter initial_pose is '" + shown(node) + "': " + error.what() +
+                         "; allowed: " + kPoseInYaml);
+  }
   ParameterGroup group(tree, "initial_pose");
-  group.known("position");
-  group.known("orientation");
+  for (const char* key : {"position", "orientation", "T_camera_ct_mm"}) group.known(key);
   group.words("frame_id", &parameters->initial_pose_frame);
   group.refuseUnknown();
 }
@@ -158,42 +163,9 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   }
 }
 
-std::vector<double> numbers(const YAML::Node& node, const char* key, std::size_t count, const std::string& name) {
-  const std::string allowed = "{position: [x, y, z] in metres, orientation: [x, y, z, w]}";
-  const auto fail = [&]() {
-    throw ParameterError("parameter " + name + " is '" + shown(node) + "'; allowed: " + allowed);
-  };
-  std::vector<double> values;
-  try {
-    if (!node.IsMap() || !node[key]) fail();
-    values = node[key].as<std::vector<double>>();
-  } catch (const YAML::Exception&) {
-    fail();
-  }
-  if (values.size() != count) fail();
-  for (const double value : values) {
-    if (!std::isfinite(value)) fail();
-  }
-  return values;
-}
-
 }  // namespace
 
 ParameterError::ParameterError(const std::string& message) : std::runtime_error(onOneLine(message)) {}
-
-RigidTransform parsePose(const YAML::Node& node, const std::string& name) {
-  const std::vector<double> position = numbers(node, "position", 3, name);
-  const std::vector<double> orientation = numbers(node, "orientation", 4, name);
-  const Eigen::Quaterniond rotation(orientation[3], orientation[0], orientation[1], orientation[2]);
-  if (std::abs(rotation.norm() - 1.0) > 0.01) {
-    throw ParameterError("parameter " + name + "/orientation has length " + std::to_string(rotation.norm()) +
-                         "; allowed: a quaternion of length 1");
-  }
-  RigidTransform pose = RigidTransform::Identity();
-  pose.linear() = rotation.normalized().toRotationMatrix();
-  pose.translation() = 1000.0 * Eigen::Vector3d(position[0], position[1], position[2]);
-  return pose;
-}
 
 NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   NodeParameters parameters;

@@ -71,19 +71,11 @@ sensor_msgs::Image emptyMessage(const FloatImage& image, const std::string& enco
 }
 
 RigidTransform rigid(double x, double y, double z, const geometry_msgs::Quaternion& q, const std::string& what) {
-  const Eigen::Vector3d position(x, y, z);
-  const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
-  if (!position.allFinite() || !rotation.coeffs().allFinite()) {
-    throw std::invalid_argument(what + " has a number that is not finite");
+  try {
+    return rigidFromQuaternion(Eigen::Vector3d(x, y, z) / kMetresPerMillimetre, Eigen::Quaterniond(q.w, q.x, q.y, q.z));
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(what + " " + error.what());
   }
-  if (std::abs(rotation.norm() - 1.0) > 0.01) {
-    throw std::invalid_argument(what + " has an orientation of length " + std::to_string(rotation.norm()) +
-                                "; a quaternion of length 1 is needed");
-  }
-  RigidTransform transform = RigidTransform::Identity();
-  transform.linear() = rotation.normalized().toRotationMatrix();
-  transform.translation() = position / kMetresPerMillimetre;
-  return transform;
 }
 
 /// Into a message's point or vector.

@@ -70,5 +70,21 @@ TEST(RigidTransform, RefusesWhatIsNotRigid) {
   EXPECT_FALSE(isRigid(matrix));
 }
 
+TEST(RigidFromQuaternion, NormalisesWhatIsNearlyOne) {
+  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
+  const Eigen::Quaterniond rounded(1.005 * rotation.coeffs());
+  const RigidTransform transform = rigidFromQuaternion({1, 2, 3}, rounded);
+  EXPECT_TRUE(transform.linear().isApprox(rotation.toRotationMatrix(), 1e-12));
+  EXPECT_EQ(transform.translation(), Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(RigidFromQuaternion, RefusesWhatIsNone) {
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(rigidFromQuaternion({0, 0, 0}, {0, 0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(rigidFromQuaternion({0, 0, 0}, {1.02, 0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(rigidFromQuaternion({0, inf, 0}, {1, 0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(rigidFromQuaternion({0, 0, 0}, {inf, 0, 0, 0}), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace xray_registration

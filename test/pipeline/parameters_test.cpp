@@ -99,9 +99,13 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
       {"{sync: {tolerance: -0.1}}", {"sync/tolerance", "-0.1"}},
       {"{accept: {min_similarty: 0.5}}", {"accept/min_similarty", "not known", "min_similarity"}},
       {"{views: [ap], image: {masks: {lateral: x.png}}}", {"image/masks/lateral", "not known", "ap"}},
-      {"{initial_pose: {position: [0, 0, 1], orientation: [0, 0, 0, 0]}}", {"initial_pose/orientation", "length"}},
+      {"{initial_pose: {position: [0, 0, 1], orientation: [0, 0, 0, 0]}}", {"initial_pose", "orientation", "length"}},
       {"{initial_pose: {position: [0, 0], orientation: [0, 0, 0, 1]}}", {"initial_pose", "position"}},
       {"{initial_pose: [0, 0, 1]}", {"initial_pose", "position"}},
+      {"{initial_pose: {T_camera_ct_mm: [1, 2, 3]}}", {"initial_pose", "T_camera_ct_mm", "16 numbers, not 3"}},
+      {"{initial_pose: {T_camera_ct_mm: [2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}}", {"initial_pose", "not a rigid"}},
+      {"{initial_pose: {T_camera_ct_mm: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1], position: [0, 0, 1]}}",
+       {"initial_pose", "beside 'position'"}},
       {"{initial_pose: {position: [0, 0, .inf], orientation: [0, 0, 0, 1]}}", {"initial_pose"}},
       {"{initial_pose: {position: [0, 0, 1], orientation: [0, 0, 0, 1], frame: room}}",
        {"initial_pose/frame", "room", "frame_id, orientation, position"}},
@@ -130,6 +134,15 @@ TEST(Parameters, UnknownNamesBesideTheGroupsAreWarnedOf) {
   parse("{methd: paper}", &warnings);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].find("methd"), std::string::npos);
+}
+
+TEST(Parameters, InitialPoseAsAMatrix) {
+  const auto parameters = parse(
+      "{initial_pose: {T_camera_ct_mm: [[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 1, 700], [0, 0, 0, 1]], frame_id: ap}}");
+  ASSERT_TRUE(parameters.initial_pose);
+  EXPECT_TRUE(parameters.initial_pose->translation().isApprox(Eigen::Vector3d(5.0, 6.0, 700.0)));
+  EXPECT_TRUE((parameters.initial_pose->linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
+  EXPECT_EQ(parameters.initial_pose_frame, "ap");
 }
 
 TEST(Parameters, NoneMeansNoInitialPose) { EXPECT_FALSE(parse("{initial_pose: none}").initial_pose); }

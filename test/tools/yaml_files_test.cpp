@@ -101,7 +101,7 @@ TEST(PoseFile, RefusalsNameTheKey) {
             std::string::npos);
   EXPECT_NE(refusal("{position: [0, 0, .inf], orientation: [0, 0, 0, 1]}", false).find("not finite"),
             std::string::npos);
-  EXPECT_NE(refusal("{position: [0, 0, 1], orientation: [0, 0, 0, 2]}", false).find("unit quaternion"),
+  EXPECT_NE(refusal("{position: [0, 0, 1], orientation: [0, 0, 0, 2]}", false).find("length 1 is needed"),
             std::string::npos);
   EXPECT_NE(refusal("T_camera_ct_mm: [2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]", false).find("T_camera_ct_mm"),
             std::string::npos);

@@ -40,4 +40,8 @@ bool isRigid(const Eigen::Matrix4d& matrix, double tolerance = 1e-3);
 /// @throws std::invalid_argument when it does not.
 RigidTransform rigidFromMatrix(const Eigen::Matrix4d& matrix);
 
+/// The rotation is normalised; files and messages hold rounded ones.
+/// @throws std::invalid_argument when a number is not finite or the rotation's length is more than 1 % off 1.
+RigidTransform rigidFromQuaternion(const Eigen::Vector3d& translation_mm, const Eigen::Quaterniond& rotation);
+
 }  // namespace xray_registration

@@ -97,10 +97,6 @@ NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger = {}
 /// @throws ParameterError also when the file cannot be read.
 NodeParameters loadParametersYaml(const std::string& path, const Logger& logger = {});
 
-/// A pose file or parameter: {position: [x, y, z] in m, orientation: [x, y, z, w]} → mm.
-/// @throws ParameterError naming `name`.
-RigidTransform parsePose(const YAML::Node& node, const std::string& name);
-
 /// Checks everything that loading checks; for parameters that were changed in code or live.
 /// @throws ParameterError
 void validate(const NodeParameters& parameters);

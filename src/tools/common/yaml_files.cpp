@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "xray_registration/pipeline/pose_yaml.h"
+
 namespace xray_registration::tools {
 namespace {
 
@@ -52,37 +54,11 @@ int wholeNumber(const std::string& path, const YAML::Node& parent, const std::st
   return static_cast<int>(value);
 }
 
-/// Numbers in row order, from a list or a list of lists.
-std::vector<double> numbers(const std::string& path, const YAML::Node& node, const std::string& key,
-                            std::size_t count) {
-  if (!node || !node.IsSequence()) refuse(path, "'" + key + "' must be a list");
-  std::vector<double> values;
-  try {
-    for (const auto& entry : node) {
-      if (!entry.IsSequence()) {
-        values.push_back(entry.as<double>());
-        continue;
-      }
-      for (const auto& inner : entry) values.push_back(inner.as<double>());
-    }
-  } catch (const YAML::Exception&) {
-    refuse(path, "'" + key + "' must hold numbers alone");
-  }
-  if (values.size() != count) {
-    refuse(path, "'" + key + "' must hold " + std::to_string(count) + " numbers, not " + std::to_string(values.size()));
-  }
-  for (const double value : values) {
-    if (!std::isfinite(value)) refuse(path, "'" + key + "' holds a number that is not finite");
-  }
-  return values;
-}
-
 XrayCamera calibratedCamera(const std::string& path, const YAML::Node& node) {
   XrayCamera camera;
   camera.width = wholeNumber(path, node, "image_width");
   camera.height = wholeNumber(path, node, "image_height");
-  const auto k =
-      numbers(path, node["camera_matrix"] ? node["camera_matrix"]["data"] : YAML::Node(), "camera_matrix/data", 9);
+  const auto k = numbersFromYaml(node["camera_matrix"]["data"], "camera_matrix/data", 9);
   if (k[1] != 0.0) refuse(path, "'camera_matrix' has skew, which no X-ray camera here may have");
   camera.fx = k[0];
   camera.cx = k[2];
@@ -116,29 +92,6 @@ XrayCamera shortCamera(const std::string& path, const YAML::Node& node) {
   return camera;
 }
 
-RigidTransform poseFromMatrix(const std::string& path, const YAML::Node& node) {
-  const auto values = numbers(path, node, "T_camera_ct_mm", 16);
-  const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
-  try {
-    return rigidFromMatrix(matrix);
-  } catch (const std::invalid_argument& error) {
-    refuse(path, std::string("'T_camera_ct_mm': ") + error.what());
-  }
-}
-
-RigidTransform poseFromQuaternion(const std::string& path, const YAML::Node& node) {
-  const auto position_m = numbers(path, node["position"], "position", 3);
-  const auto q = numbers(path, node["orientation"], "orientation", 4);
-  const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-  if (std::abs(rotation.norm() - 1.0) > 1e-2) {
-    refuse(path, "'orientation' must be a unit quaternion x, y, z, w");
-  }
-  RigidTransform T_camera_ct = RigidTransform::Identity();
-  T_camera_ct.linear() = rotation.normalized().toRotationMatrix();
-  T_camera_ct.translation() = 1000.0 * Eigen::Vector3d(position_m[0], position_m[1], position_m[2]);
-  return T_camera_ct;
-}
-
 void writeText(const std::string& path, const std::string& text) {
   std::ofstream stream(path);
   stream << text << '\n';
@@ -149,7 +102,14 @@ void writeText(const std::string& path, const std::string& text) {
 
 XrayCamera readCameraFile(const std::string& path) {
   const YAML::Node node = loadFile(path);
-  const XrayCamera camera = node["camera_matrix"] ? calibratedCamera(path, node) : shortCamera(path, node);
+  XrayCamera camera;
+  try {
+    camera = node["camera_matrix"] ? calibratedCamera(path, node) : shortCamera(path, node);
+  } catch (const std::invalid_argument& error) {
+    refuse(path, error.what());
+  } catch (const YAML::Exception& error) {
+    refuse(path, error.what());
+  }
   const std::string problem = camera.problem();
   if (!problem.empty()) refuse(path, problem);
   return camera;
@@ -177,11 +137,12 @@ void writeCameraFile(const std::string& path, const std::string& camera_name, co
 }
 
 RigidTransform readPoseFile(const std::string& path) {
-  YAML::Node node = loadFile(path);
-  if (node["initial_pose"]) node.reset(node["initial_pose"]);
-  if (node["T_camera_ct_mm"]) return poseFromMatrix(path, node["T_camera_ct_mm"]);
-  if (!node["position"]) refuse(path, "holds neither 'position' and 'orientation' nor 'T_camera_ct_mm'");
-  return poseFromQuaternion(path, node);
+  const YAML::Node node = loadFile(path);
+  try {
+    return poseFromYaml(node["initial_pose"] ? node["initial_pose"] : node);
+  } catch (const std::invalid_argument& error) {
+    refuse(path, error.what());
+  }
 }
 
 void writePoseFile(const std::string& path, const RigidTransform& T_camera_ct) {
