@@ -22,7 +22,7 @@ class Engines {
     if (engine == nullptr) {
       const AttenuationVolume volume = headScene(n);
       grids_[n] = volume.grid;
-      engine = std::make_shared<Engine>(device_);
+      engine = makeEngineOpenCl(device_);
       engine->setVolume(volume);
     }
     return engine;

@@ -45,14 +45,14 @@ xray_room(drr SOURCES ${drr_sources} ROOMS volume image LIBRARIES Eigen3::Eigen 
 xray_embed_kernels(xray_registration_drr ${kernels})
 
 xray_glob(registration_sources registration)
-xray_room(registration SOURCES ${registration_sources} ROOMS drr LIBRARIES Eigen3::Eigen OpenCL::OpenCL)
+xray_room(registration SOURCES ${registration_sources} ROOMS drr LIBRARIES Eigen3::Eigen)
 
 xray_glob(evaluation_sources evaluation)
 # Trials go through the pipeline, which the compute-only build has not.
 set(trials_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/evaluation/trials.cpp)
 list(REMOVE_ITEM evaluation_sources ${trials_sources})
 xray_room(evaluation SOURCES ${evaluation_sources} ROOMS registration
-          LIBRARIES Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
+          LIBRARIES Eigen3::Eigen Threads::Threads)
 
 set(core_rooms common geometry volume image drr registration evaluation)
 # The way of a frame from pixels to a verdict reads parameters (yaml-cpp) and masks (OpenCV).
@@ -60,10 +60,10 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   find_package(yaml-cpp REQUIRED)
   xray_glob(pipeline_sources pipeline)
   xray_room(pipeline SOURCES ${pipeline_sources} ROOMS registration
-            LIBRARIES Eigen3::Eigen OpenCL::OpenCL ${YAML_CPP_LIBRARIES})
+            LIBRARIES Eigen3::Eigen ${YAML_CPP_LIBRARIES})
   target_include_directories(xray_registration_pipeline SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
   xray_room(evaluation_trials SOURCES ${trials_sources} ROOMS evaluation pipeline
-            LIBRARIES Eigen3::Eigen OpenCL::OpenCL)
+            LIBRARIES Eigen3::Eigen)
   list(APPEND core_rooms pipeline evaluation_trials)
 endif()
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)

@@ -56,14 +56,14 @@ int DeviceViews::binningFor(const XrayCamera& whole, const RigidTransform& T_vie
 
 int DeviceViews::lastLevel() const {
   int last = std::numeric_limits<int>::max();
-  for (const View& view : views_) last = std::min(last, static_cast<int>(view.xray.levels.size()) - 1);
+  for (const View& view : views_) last = std::min(last, view.xray->lastLevel());
   return last;
 }
 
 int DeviceViews::coarsestLevel(const RigidTransform& T_camera_ct) {
   int coarsest = std::numeric_limits<int>::max();
   for (const View& view : views_) {
-    int level = static_cast<int>(view.xray.levels.size()) - 1;
+    int level = view.xray->lastLevel();
     double pixels = shadowPixels(view.level(level).camera, view.T_view_first * T_camera_ct);
     for (; level > 0 && pixels < kSmallestShadow; --level) pixels *= 4.0;
     coarsest = std::min(coarsest, level);
@@ -76,16 +76,17 @@ bool DeviceViews::weigh(bool leave_out_unexplained, const RigidTransform& T_came
   bool noticed = false;
   for (View& view : views_) {
     if (leave_out_unexplained) {
-      noticed |= engine_->weighUnexplained(&view.xray, view.T_view_first * T_camera_ct, kUnexplainedLimit) < kNoticed;
+      noticed |=
+          engine_->weighUnexplained(view.xray.get(), view.T_view_first * T_camera_ct, kUnexplainedLimit) < kNoticed;
     } else {
-      engine_->restoreWeights(&view.xray);
+      engine_->restoreWeights(view.xray.get());
     }
   }
   return noticed;
 }
 
 void DeviceViews::keepContrastTiles(double part) {
-  for (View& view : views_) engine_->keepContrastTiles(&view.xray.levels.front(), part);
+  for (View& view : views_) engine_->keepContrastTiles(view.xray.get(), 0, part);
 }
 
 double DeviceViews::depthOf(const RigidTransform& T_view_ct) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "xray_registration/drr/engine.h"
@@ -11,10 +12,10 @@ namespace xray_registration {
 class DeviceViews {
  public:
   struct View {
-    ResidentXray xray;
+    std::unique_ptr<ResidentXray> xray;
     RigidTransform T_view_first = RigidTransform::Identity();
     Matrix6d twist_carried = Matrix6d::Identity();  ///< First camera's twist → this camera's.
-    const ResidentXray::Level& level(int index) const { return xray.levels[static_cast<std::size_t>(index)]; }
+    const ResidentXray::Level& level(int index) const { return xray->level(index); }
   };
 
   /// The engine has its volume and outlives this.

@@ -14,8 +14,8 @@ FastRegistrar::FastRegistrar(std::shared_ptr<Device> device, const RegistrarOpti
     : device_(std::move(device)),
       options_(options),
       logger_(logger),
-      engine_(device_),
-      views_(std::make_unique<DeviceViews>(&engine_)) {}
+      engine_(makeEngineOpenCl(device_)),
+      views_(std::make_unique<DeviceViews>(engine_.get())) {}
 
 FastRegistrar::~FastRegistrar() = default;
 
@@ -30,16 +30,16 @@ bool FastRegistrar::setOptions(const RegistrarOptions& options) {
 
 void FastRegistrar::setVolume(const AttenuationVolume& volume) {
   forget();
-  selfTest(&engine_);
+  selfTest(engine_.get());
   const std::size_t budget = residentVoxelBytes(*device_);
   if (volume.values.size() * sizeof(std::uint16_t) > budget) {
-    engine_.setVolume(fittedTo(volume, budget, logger_));
+    engine_->setVolume(fittedTo(volume, budget, logger_));
   } else {
-    engine_.setVolume(volume);
+    engine_->setVolume(volume);
   }
   log(logger_, LogLevel::kInfo,
-      "CT on " + device_->name() + ": " + std::to_string(engine_.volume().levels().size()) + " levels, " +
-          std::to_string(engine_.volume().bytes() >> 20U) + " MiB");
+      "CT on " + device_->name() + ": " + std::to_string(engine_->volume().levels().size()) + " levels, " +
+          std::to_string(engine_->volume().bytes() >> 20U) + " MiB");
 }
 
 std::string FastRegistrar::problemOf(const std::vector<ViewInput>& views,
@@ -65,7 +65,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   result.upload_ms = watch.milliseconds();
 
   StepBudget budget(options_.max_steps_per_frame);
-  FrameObjective objective(&engine_, views_.get(), options_, &budget);
+  FrameObjective objective(engine_.get(), views_.get(), options_, &budget);
   SolveHistory history;
   history.T_camera_ct_start = T_camera_ct_start;
   history.predicted = tracking;
@@ -89,7 +89,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
 }
 
 FloatImage FastRegistrar::renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) {
-  return engine_.render(camera, 0, T_camera_ct);
+  return engine_->render(camera, 0, T_camera_ct);
 }
 
 }  // namespace xray_registration

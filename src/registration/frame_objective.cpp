@@ -9,7 +9,7 @@ namespace xray_registration {
 namespace {
 
 WindowOptions windowOptions(Similarity similarity, const ResidentXray& xray, const Stage& stage, double robust_scale2) {
-  WindowOptions window = windowsFor(similarity, xray.deviation);
+  WindowOptions window = windowsFor(similarity, xray.deviation());
   window.span = stage.span;
   window.robust_scale2 = robust_scale2;
   return window;
@@ -36,9 +36,9 @@ std::vector<StepSums> FrameObjective::evaluateView(const DeviceViews::View& view
   std::vector<RigidTransform> T_view_ct;
   T_view_ct.reserve(T_camera_ct.size());
   for (const RigidTransform& pose : T_camera_ct) T_view_ct.push_back(view.T_view_first * pose);
-  const ResidentXray::Level& xray = view.level(stage.level);
-  return engine_->evaluate(xray, views_->volumeLevel(xray.camera, T_view_ct.front()), T_view_ct,
-                           windowOptions(options_.similarity, view.xray, stage, robust_scale2));
+  return engine_->evaluate(view.xray.get(), stage.level,
+                           views_->volumeLevel(view.level(stage.level).camera, T_view_ct.front()), T_view_ct,
+                           windowOptions(options_.similarity, *view.xray, stage, robust_scale2));
 }
 
 std::vector<StepSums> FrameObjective::evaluate(const Stage& stage, double robust_scale2,

@@ -64,6 +64,13 @@ class ArchitectureTest(unittest.TestCase):
     def test_itk_stands_elsewhere(self):
         self.expect_fault(ROOMS, 'src/volume/volume_io.cpp', '#include <itkImage.h>\n')
 
+    def test_opencl_leaves_its_room(self):
+        for line in '#include "xray_registration/drr/opencl/launch.h"', 'cl::Buffer pixels;', 'void wait(cl_event event);':
+            for path in ('src/registration/registrar.cpp', 'include/xray_registration/registration/registrar.h',
+                         'src/ros/node.cpp', 'include/xray_registration/drr/engine.h',
+                         'include/xray_registration/drr/paper/paper_engine.h'):
+                self.expect_fault(ROOMS, path, line + '\n')
+
     def test_a_private_header_of_another_room(self):
         for path in ('src/registration/registrar.cpp', 'src/tools/render.cpp', 'benchmark/kernels.cpp',
                      'test/registration/registrar_test.cpp', 'include/xray_registration/registration/registrar.h'):

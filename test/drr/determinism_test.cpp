@@ -8,6 +8,7 @@
 #include <string>
 
 #include "xray_registration/drr/engine.h"
+#include "xray_registration/drr/opencl/opencl_device.h"
 
 namespace xray_registration {
 namespace {
@@ -50,28 +51,28 @@ void print(const StepSums& sums) {
 TEST(DeterminismTest, DISABLED_PrintSums) {
   const auto device = std::make_shared<Device>();
   std::printf("%s%s\n", kPlatformMark,
-              cl::Platform(device->device().getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>().c_str());
-  Engine engine(device);
-  engine.setVolume(lumps());
+              cl::Platform(device->openCl().device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>().c_str());
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device);
+  engine->setVolume(lumps());
   const XrayCamera camera{140, 132, 700.0, 700.0, 70.0, 66.0};
   RigidTransform pose = RigidTransform::Identity();
   pose.linear() = rotationFromVector({1.4, 0.2, -0.3});
-  pose.translation() = Eigen::Vector3d(1, 2, 500) - pose.linear() * engine.volume().centreCt();
-  const Eigen::Vector3d centre = pose * engine.volume().centreCt();
-  FloatImage attenuation = engine.render(camera, 0, updatedPose(pose, 0.01 * Twist::Ones(), centre));
+  pose.translation() = Eigen::Vector3d(1, 2, 500) - pose.linear() * engine->volume().centreCt();
+  const Eigen::Vector3d centre = pose * engine->volume().centreCt();
+  FloatImage attenuation = engine->render(camera, 0, updatedPose(pose, 0.01 * Twist::Ones(), centre));
   std::mt19937 random(2);
   for (float& pixel : attenuation.pixels) pixel += 1e-11F * static_cast<float>(random());
   FloatImage weight(camera.width, camera.height, 1.0F);
   for (int u = 30; u < 90; ++u) weight.at(u, 61) = 0.0F;
-  const ResidentXray xray = engine.upload(camera, attenuation, weight);
+  const std::unique_ptr<ResidentXray> xray = engine->upload(camera, attenuation, weight);
   std::vector<RigidTransform> poses;
   for (int i = 0; i < 7; ++i) poses.push_back(updatedPose(pose, 0.004 * i * Twist::Ones(), centre));
   for (const int span : {0, 1, 2}) {
-    for (std::size_t level = 0; level < xray.levels.size(); ++level) {
+    for (int level = 0; level <= xray->lastLevel(); ++level) {
       WindowOptions options;
       options.span = span;
       options.robust_scale2 = 0.2;
-      for (const StepSums& sums : engine.evaluate(xray.levels[level], 0, poses, options)) print(sums);
+      for (const StepSums& sums : engine->evaluate(xray.get(), level, 0, poses, options)) print(sums);
     }
   }
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "xray_registration/drr/opencl/opencl_device.h"
+
 namespace xray_registration {
 namespace {
 
@@ -87,14 +89,14 @@ TEST(DeviceTest, TheDeviceIsLogged) {
 TEST(DeviceTest, ProgramsAreBuiltWithTheirOptions) {
   const Device device;
   const cl::Program program =
-      device.build("__kernel void wanted(__global int* x) { x[0] = VALUE; }", "-cl-std=CL1.2 -DVALUE=5");
+      device.openCl().build("__kernel void wanted(__global int* x) { x[0] = VALUE; }", "-cl-std=CL1.2 -DVALUE=5");
   EXPECT_NO_THROW(cl::Kernel(program, "wanted"));
 }
 
 TEST(DeviceTest, AFailedBuildShowsTheCompilersLog) {
   const Device device;
   try {
-    device.build("__kernel void broken(__global int* x) { x[0] = an_unheard_of_name; }", "-cl-std=CL1.2");
+    device.openCl().build("__kernel void broken(__global int* x) { x[0] = an_unheard_of_name; }", "-cl-std=CL1.2");
     FAIL() << "a broken program was built";
   } catch (const DeviceError& error) {
     const std::string message = error.what();
@@ -109,8 +111,8 @@ TEST(DeviceTest, ManyComeAndGo) {
   for (int i = 0; i < 5; ++i) {
     Device first;
     Device second;
-    EXPECT_NE(first.context()(), second.context()());
-    EXPECT_NE(first.solveQueue()(), first.uploadQueue()());
+    EXPECT_NE(first.openCl().context(), second.openCl().context());
+    EXPECT_NE(first.openCl().solve_queue(), first.openCl().upload_queue());
   }
 }
 

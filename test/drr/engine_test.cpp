@@ -64,11 +64,11 @@ TEST_F(EngineTest, ValuesMatchTheExactRayTracer) {
   for (const Eigen::Vector3i& size : {Eigen::Vector3i(48, 48, 48), Eigen::Vector3i(60, 41, 26)}) {
     const Eigen::Vector3d spacing = size.x() == 48 ? Eigen::Vector3d(1, 1, 1) : Eigen::Vector3d(0.8, 1.2, 2.0);
     const AttenuationVolume volume = smoothVolume(size, spacing, size.x() == 48 ? 0.0 : 0.4);
-    Engine engine(device_);
-    engine.setVolume(volume);
+    const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+    engine->setVolume(volume);
     for (const Eigen::Vector3d& axis : kAxes) {
       const RigidTransform pose = poseLookingAlong(volume, axis, 300.0);
-      const FloatImage drr = engine.render(kCamera, 0, pose);
+      const FloatImage drr = engine->render(kCamera, 0, pose);
       // Detector pixels of the voxel model are averaged, or the boxes' edges would dominate the difference.
       const FloatImage exact = referenceProjection(volume, pose, kCamera, 3);
       const double scale = maximum(exact);
@@ -86,16 +86,16 @@ TEST_F(EngineTest, ValuesMatchTheExactRayTracer) {
 
 TEST_F(EngineTest, DerivativesMatchFiniteDifferences) {
   const AttenuationVolume volume = smoothVolume({50, 44, 36}, {0.9, 1.1, 1.4}, 0.3);
-  Engine engine(device_);
-  engine.setVolume(volume);
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(volume);
   for (const Eigen::Vector3d& axis : kAxes) {
     const RigidTransform pose = poseLookingAlong(volume, axis, 300.0);
-    const std::vector<FloatImage> images = engine.renderWithDerivatives(kCamera, 0, pose);
-    const Eigen::Vector3d centre = pose * engine.volume().centreCt();
+    const std::vector<FloatImage> images = engine->renderWithDerivatives(kCamera, 0, pose);
+    const Eigen::Vector3d centre = pose * engine->volume().centreCt();
     for (int i = 0; i < 6; ++i) {
       const double step = i < 3 ? 0.02 : 0.0005;
-      const FloatImage plus = engine.render(kCamera, 0, updatedPose(pose, step * Twist::Unit(i), centre));
-      const FloatImage minus = engine.render(kCamera, 0, updatedPose(pose, -step * Twist::Unit(i), centre));
+      const FloatImage plus = engine->render(kCamera, 0, updatedPose(pose, step * Twist::Unit(i), centre));
+      const FloatImage minus = engine->render(kCamera, 0, updatedPose(pose, -step * Twist::Unit(i), centre));
       double difference2 = 0.0;
       double size2 = 0.0;
       double largest = 0.0;
@@ -116,13 +116,13 @@ TEST_F(EngineTest, DerivativesMatchFiniteDifferences) {
 
 TEST_F(EngineTest, DominantAxisMayChangeInsideAnImage) {
   const AttenuationVolume volume = smoothVolume({48, 48, 48}, {1, 1, 1}, 0.0);
-  Engine engine(device_);
-  engine.setVolume(volume);
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(volume);
   RigidTransform pose = RigidTransform::Identity();
   pose.linear() = rotationFromVector({0.0, M_PI / 4.0, 0.0});
   pose.translation() = Eigen::Vector3d(0, 0, 60.0) - pose.linear() * anatomicalCentreCt(volume);
   const XrayCamera wide{64, 64, 40.0, 40.0, 31.5, 31.5};  // 77 degrees across.
-  const FloatImage drr = engine.render(wide, 0, pose);
+  const FloatImage drr = engine->render(wide, 0, pose);
   const FloatImage exact = referenceProjection(volume, pose, wide, 3);
   double sum2 = 0.0;
   for (std::size_t i = 0; i < drr.pixels.size(); ++i) sum2 += std::pow(drr.pixels[i] - exact.pixels[i], 2);
@@ -132,11 +132,11 @@ TEST_F(EngineTest, DominantAxisMayChangeInsideAnImage) {
 
 TEST_F(EngineTest, SourceInsideTheVolumeSeesOnlyWhatIsInFront) {
   const AttenuationVolume volume = smoothVolume({48, 48, 48}, {1, 1, 1}, 0.0);
-  Engine engine(device_);
-  engine.setVolume(volume);
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(volume);
   const RigidTransform inside = poseLookingAlong(volume, Eigen::Vector3d::UnitX(), 0.0);
   const XrayCamera camera{32, 32, 100.0, 100.0, 15.5, 15.5};
-  const FloatImage drr = engine.render(camera, 0, inside);
+  const FloatImage drr = engine->render(camera, 0, inside);
   const FloatImage exact = referenceProjection(volume, inside, camera, 2);
   // The first slice is counted whole or not at all: half a slice at the densest place.
   const double half_slice = 0.5 * 1.2 * 62000.0 * volume.scale_per_mm;
@@ -145,27 +145,27 @@ TEST_F(EngineTest, SourceInsideTheVolumeSeesOnlyWhatIsInFront) {
 
 TEST_F(EngineTest, RaysThatMissAreZero) {
   const AttenuationVolume volume = smoothVolume({32, 32, 32}, {1, 1, 1}, 0.0);
-  Engine engine(device_);
-  engine.setVolume(volume);
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(volume);
   RigidTransform away = poseLookingAlong(volume, Eigen::Vector3d::UnitY(), 300.0);
   away.translation().x() += 500.0;
-  for (const float value : engine.render(kCamera, 0, away).pixels) ASSERT_EQ(value, 0.0F);
+  for (const float value : engine->render(kCamera, 0, away).pixels) ASSERT_EQ(value, 0.0F);
   RigidTransform behind = poseLookingAlong(volume, Eigen::Vector3d::UnitY(), -300.0);
-  for (const float value : engine.render(kCamera, 0, behind).pixels) ASSERT_EQ(value, 0.0F);
+  for (const float value : engine->render(kCamera, 0, behind).pixels) ASSERT_EQ(value, 0.0F);
 }
 
 TEST_F(EngineTest, SplittingRaysChangesOnlyRounding) {
   const AttenuationVolume volume = smoothVolume({48, 44, 36}, {1, 1, 1}, 0.2);
-  Engine whole(device_);
-  Engine split(device_);
-  whole.setVolume(volume);
-  split.setVolume(volume);
-  whole.forceSplit(1);
+  const std::unique_ptr<Engine> whole = makeEngineOpenCl(device_);
+  const std::unique_ptr<Engine> split = makeEngineOpenCl(device_);
+  whole->setVolume(volume);
+  split->setVolume(volume);
+  whole->forceSplit(1);
   for (const int parts : {2, 4}) {
-    split.forceSplit(parts);
+    split->forceSplit(parts);
     const RigidTransform pose = poseLookingAlong(volume, Eigen::Vector3d(0.1, 1, 0.2), 300.0);
-    const auto a = whole.renderWithDerivatives(kCamera, 0, pose);
-    const auto b = split.renderWithDerivatives(kCamera, 0, pose);
+    const auto a = whole->renderWithDerivatives(kCamera, 0, pose);
+    const auto b = split->renderWithDerivatives(kCamera, 0, pose);
     for (std::size_t image = 0; image < a.size(); ++image) {
       const double scale = std::max(maximum(a[image]), 1e-6);
       for (std::size_t i = 0; i < a[image].pixels.size(); ++i) {
@@ -263,6 +263,21 @@ Scene sceneSeenBy(Engine* engine) {
   return scene;
 }
 
+/// 144 × 132, levels of 72 and 36; the CT ends where the image still sees it.
+const XrayCamera kDetector{144, 132, 1100.0, 1080.0, 70.0, 66.0};
+
+Scene largeSceneSeenBy(Engine* engine) {
+  Scene scene;
+  scene.volume.face_is_cut = {true, true, true, true, true, true};
+  // Tissue up to the faces, or nothing would be cut.
+  for (std::uint16_t& value : scene.volume.values) value = std::max<std::uint16_t>(value, 20000);
+  engine->setVolume(scene.volume);
+  const Eigen::Vector3d centre = scene.pose * engine->volume().centreCt();
+  scene.xray = engine->render(kDetector, 0, updatedPose(scene.pose, 0.01 * Twist::Ones(), centre));
+  scene.weight = FloatImage(kDetector.width, kDetector.height, 1.0F);
+  return scene;
+}
+
 std::vector<WindowOptions> objectives() {
   WindowOptions local;
   WindowOptions one_tile = local;
@@ -287,12 +302,12 @@ std::string nameOf(const WindowOptions& options) {
 }
 
 TEST_F(EngineTest, ObjectiveMatchesThePlainReference) {
-  Engine engine(device_);
-  const Scene scene = sceneSeenBy(&engine);
-  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
-  const FloatImage drr = engine.render(kCamera, 0, scene.pose);
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = sceneSeenBy(engine.get());
+  const std::unique_ptr<ResidentXray> xray = engine->upload(kCamera, scene.xray, scene.weight);
+  const FloatImage drr = engine->render(kCamera, 0, scene.pose);
   for (const WindowOptions& options : objectives()) {
-    const StepSums sums = engine.evaluate(xray.levels[0], 0, {scene.pose}, options)[0];
+    const StepSums sums = engine->evaluate(xray.get(), 0, 0, {scene.pose}, options)[0];
     const double expected = referenceObjective(drr, scene.xray, scene.weight, options);
     // Small differences of sums over 2000 pixels in float.
     EXPECT_NEAR(sums.cost, expected, 1e-3 * expected) << nameOf(options);
@@ -300,20 +315,20 @@ TEST_F(EngineTest, ObjectiveMatchesThePlainReference) {
 }
 
 TEST_F(EngineTest, GradientIsTheObjectivesAndTheMatrixIsPositive) {
-  Engine engine(device_);
-  const Scene scene = sceneSeenBy(&engine);
-  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
-  const Eigen::Vector3d centre = scene.pose * engine.volume().centreCt();
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = sceneSeenBy(engine.get());
+  const std::unique_ptr<ResidentXray> xray = engine->upload(kCamera, scene.xray, scene.weight);
+  const Eigen::Vector3d centre = scene.pose * engine->volume().centreCt();
   for (const WindowOptions& options : objectives()) {
-    const StepSums sums = engine.evaluate(xray.levels[0], 0, {scene.pose}, options)[0];
+    const StepSums sums = engine->evaluate(xray.get(), 0, 0, {scene.pose}, options)[0];
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(sums.matrix).eigenvalues().minCoeff(), 0.0);
     for (int i = 0; i < 6; ++i) {
       const double step = i < 3 ? 0.05 : 0.001;
       const double plus =
-          referenceObjective(engine.render(kCamera, 0, updatedPose(scene.pose, step * Twist::Unit(i), centre)),
+          referenceObjective(engine->render(kCamera, 0, updatedPose(scene.pose, step * Twist::Unit(i), centre)),
                              scene.xray, scene.weight, options);
       const double minus =
-          referenceObjective(engine.render(kCamera, 0, updatedPose(scene.pose, -step * Twist::Unit(i), centre)),
+          referenceObjective(engine->render(kCamera, 0, updatedPose(scene.pose, -step * Twist::Unit(i), centre)),
                              scene.xray, scene.weight, options);
       const double finite = (plus - minus) / (2.0 * step);
       // Second order in the step plus the bilinear cells' kinks; the scale is the gradient's own size per component.
@@ -324,15 +339,15 @@ TEST_F(EngineTest, GradientIsTheObjectivesAndTheMatrixIsPositive) {
 }
 
 TEST_F(EngineTest, BatchGivesWhatSinglePosesGive) {
-  Engine engine(device_);
-  const Scene scene = sceneSeenBy(&engine);
-  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
-  const Eigen::Vector3d centre = scene.pose * engine.volume().centreCt();
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = sceneSeenBy(engine.get());
+  const std::unique_ptr<ResidentXray> xray = engine->upload(kCamera, scene.xray, scene.weight);
+  const Eigen::Vector3d centre = scene.pose * engine->volume().centreCt();
   std::vector<RigidTransform> poses;
   for (int i = 0; i < 5; ++i) poses.push_back(updatedPose(scene.pose, 0.01 * i * Twist::Ones(), centre));
-  const std::vector<StepSums> batch = engine.evaluate(xray.levels[0], 0, poses, {});
+  const std::vector<StepSums> batch = engine->evaluate(xray.get(), 0, 0, poses, {});
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const StepSums single = engine.evaluate(xray.levels[0], 0, {poses[i]}, {})[0];
+    const StepSums single = engine->evaluate(xray.get(), 0, 0, {poses[i]}, {})[0];
     EXPECT_EQ(single.cost, batch[i].cost);
     EXPECT_EQ(single.matrix, batch[i].matrix);
     EXPECT_EQ(single.gradient, batch[i].gradient);
@@ -340,32 +355,110 @@ TEST_F(EngineTest, BatchGivesWhatSinglePosesGive) {
 }
 
 TEST_F(EngineTest, EqualInputGivesEqualBits) {
-  Engine engine(device_);
-  const Scene scene = sceneSeenBy(&engine);
-  const ResidentXray xray = engine.upload(kCamera, scene.xray, scene.weight);
-  const StepSums first = engine.evaluate(xray.levels[0], 0, {scene.pose}, {})[0];
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = sceneSeenBy(engine.get());
+  const std::unique_ptr<ResidentXray> xray = engine->upload(kCamera, scene.xray, scene.weight);
+  const StepSums first = engine->evaluate(xray.get(), 0, 0, {scene.pose}, {})[0];
   for (int i = 0; i < 10; ++i) {
-    const StepSums again = engine.evaluate(xray.levels[0], 0, {scene.pose}, {})[0];
+    const StepSums again = engine->evaluate(xray.get(), 0, 0, {scene.pose}, {})[0];
     ASSERT_EQ(first.cost, again.cost);
     ASSERT_EQ(first.matrix, again.matrix);
     ASSERT_EQ(first.gradient, again.gradient);
   }
 }
 
-TEST_F(EngineTest, PyramidHalvesImagesByWeightedMeans) {
-  Engine engine(device_);
-  FloatImage image(64, 64);
-  FloatImage weight(64, 64, 1.0F);
-  for (int v = 0; v < 64; ++v) {
-    for (int u = 0; u < 64; ++u) image.at(u, v) = static_cast<float>(u + 100 * v);
+/// What a tracked frame does with an X-ray.
+void trackOnce(Engine* engine, const Scene& scene) {
+  const std::unique_ptr<ResidentXray> xray = engine->upload(kDetector, scene.xray, scene.weight);
+  engine->weighUnexplained(xray.get(), scene.pose, 1.0);
+  engine->evaluate(xray.get(), 1, 0, {scene.pose}, {});
+  engine->keepContrastTiles(xray.get(), 0, 0.65);
+  engine->evaluate(xray.get(), 0, 0, {scene.pose}, {});
+}
+
+TEST_F(EngineTest, ATrackedFrameHalvesOnceAndMakesNoBuffers) {
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = largeSceneSeenBy(engine.get());
+  trackOnce(engine.get(), scene);
+  const EngineWork before = engine->work();
+  trackOnce(engine.get(), scene);
+  const EngineWork after = engine->work();
+  EXPECT_EQ(after.buffers, before.buffers) << "the last frame's are used again";
+  EXPECT_EQ(after.halvings - before.halvings, 1U) << "the level below the finest, with the weights that count";
+  // The map of unexplained rays and its use, one halving, the tiles of two levels, twice plan, march and windows.
+  EXPECT_EQ(after.launches - before.launches, 2U + 1U + 2U + 6U);
+}
+
+TEST_F(EngineTest, WhatIsAskedForFirstChangesNoSum) {
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = largeSceneSeenBy(engine.get());
+  const std::unique_ptr<ResidentXray> fine_first = engine->upload(kDetector, scene.xray, scene.weight);
+  const std::unique_ptr<ResidentXray> coarse_first = engine->upload(kDetector, scene.xray, scene.weight);
+  ASSERT_EQ(fine_first->lastLevel(), 2);
+  const auto sums = [&](const std::unique_ptr<ResidentXray>& xray, int level) {
+    return engine->evaluate(xray.get(), level, 0, {scene.pose}, {})[0];
+  };
+  engine->weighUnexplained(fine_first.get(), scene.pose, 1.0);
+  engine->weighUnexplained(coarse_first.get(), scene.pose, 1.0);
+  std::vector<StepSums> ascending, descending;
+  for (int level = 0; level <= 2; ++level) ascending.push_back(sums(fine_first, level));
+  for (int level = 2; level >= 0; --level) descending.push_back(sums(coarse_first, level));
+  for (std::size_t level = 0; level < 3; ++level) {
+    EXPECT_EQ(ascending[level].matrix, descending[2 - level].matrix) << "level " << level;
+    EXPECT_EQ(ascending[level].cost, descending[2 - level].cost) << "level " << level;
   }
-  const ResidentXray xray = engine.upload({64, 64, 100, 100, 31.5, 31.5}, image, weight);
-  ASSERT_EQ(xray.levels.size(), 2U);
-  EXPECT_EQ(xray.levels[1].camera.width, 32);
-  std::vector<float> half(32 * 32);
-  device_->solveQueue().enqueueReadBuffer(xray.levels[1].attenuation, CL_TRUE, 0, sizeof(float) * half.size(),
-                                          half.data());
-  EXPECT_FLOAT_EQ(half[3 + 32 * 5], 6.5F + 100.0F * 10.5F);
+}
+
+TEST_F(EngineTest, RestoredWeightsReachEveryLevel) {
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = largeSceneSeenBy(engine.get());
+  const std::unique_ptr<ResidentXray> untouched = engine->upload(kDetector, scene.xray, scene.weight);
+  const std::unique_ptr<ResidentXray> xray = engine->upload(kDetector, scene.xray, scene.weight);
+  const auto weightOf = [&](const std::unique_ptr<ResidentXray>& seen, int level) {
+    return engine->evaluate(seen.get(), level, 0, {scene.pose}, {})[0].weight;
+  };
+  const auto weigh = [&] {
+    ASSERT_LT(engine->weighUnexplained(xray.get(), scene.pose, 1.0), 0.98);
+    for (int level = 0; level <= 2; ++level) EXPECT_LT(weightOf(xray, level), weightOf(untouched, level)) << level;
+  };
+  const auto restore = [&] {
+    engine->restoreWeights(xray.get());
+    for (int level = 0; level <= 2; ++level) EXPECT_EQ(weightOf(xray, level), weightOf(untouched, level)) << level;
+  };
+  weigh();
+  restore();
+  engine->keepContrastTiles(xray.get(), 0, 0.3);
+  EXPECT_LT(weightOf(xray, 0), weightOf(untouched, 0)) << "a part of the tiles";
+  restore();
+  weigh();
+}
+
+TEST_F(EngineTest, StorageOfOneXrayCarriesNothingIntoTheNext) {
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = largeSceneSeenBy(engine.get());
+  const auto sums = [&](ResidentXray* xray) { return engine->evaluate(xray, 1, 0, {scene.pose}, {})[0]; };
+  std::unique_ptr<ResidentXray> xray = engine->upload(kDetector, scene.xray, scene.weight);
+  const StepSums fresh = sums(xray.get());
+  // A larger one with other weights, of which only a part of the tiles is used, then a smaller one.
+  const XrayCamera larger{168, 176, 500.0, 500.0, 84.0, 88.0};
+  xray.reset();
+  xray = engine->upload(larger, FloatImage(larger.width, larger.height, 2.0F),
+                        FloatImage(larger.width, larger.height, 0.25F));
+  sums(xray.get());
+  engine->keepContrastTiles(xray.get(), 0, 0.1);
+  xray.reset();
+  xray = engine->upload(kDetector, scene.xray, scene.weight);
+  const StepSums again = sums(xray.get());
+  EXPECT_EQ(fresh.matrix, again.matrix);
+  EXPECT_EQ(fresh.cost, again.cost);
+}
+
+TEST_F(EngineTest, XraysOfAnotherKindAreRefused) {
+  class OtherXray : public ResidentXray {
+  } other;
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(smoothVolume({24, 24, 24}, {1, 1, 1}, 0.0));
+  EXPECT_THROW(engine->evaluate(&other, 0, 0, {RigidTransform::Identity()}, {}), std::invalid_argument);
 }
 
 TEST_F(EngineTest, MemoryOfALargeCtStaysWithinItsBudget) {
@@ -373,9 +466,9 @@ TEST_F(EngineTest, MemoryOfALargeCtStaysWithinItsBudget) {
   volume.grid.size = {256, 256, 256};
   volume.scale_per_mm = 1e-6F;
   volume.values.assign(volume.grid.voxelCount(), 1000);
-  Engine engine(device_);
-  engine.setVolume(volume);
-  EXPECT_LE(engine.volume().bytes(), volume.values.size() * sizeof(std::uint16_t) * 5 / 2);
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(volume);
+  EXPECT_LE(engine->volume().bytes(), volume.values.size() * sizeof(std::uint16_t) * 5 / 2);
 }
 
 }  // namespace

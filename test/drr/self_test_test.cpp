@@ -22,17 +22,17 @@ AttenuationVolume ball() {
 }
 
 TEST(SelfTestTest, PassesAndLeavesNoVolume) {
-  Engine engine(std::make_shared<Device>());
-  EXPECT_NO_THROW(selfTest(&engine));
-  EXPECT_FALSE(engine.hasVolume());
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(std::make_shared<Device>());
+  EXPECT_NO_THROW(selfTest(engine.get()));
+  EXPECT_FALSE(engine->hasVolume());
 }
 
 TEST(SelfTestTest, PassesWithSharedRays) {
   // Every way of sharing rays among work-items has kernels of its own.
   for (const int split : {1, 2, 4}) {
-    Engine engine(std::make_shared<Device>());
-    engine.forceSplit(split);
-    EXPECT_NO_THROW(selfTest(&engine)) << "split " << split;
+    const std::unique_ptr<Engine> engine = makeEngineOpenCl(std::make_shared<Device>());
+    engine->forceSplit(split);
+    EXPECT_NO_THROW(selfTest(engine.get())) << "split " << split;
   }
 }
 
@@ -109,14 +109,14 @@ TEST(SelfTestTest, LeavesNoTraceInLaterPictures) {
   const XrayCamera camera{40, 30, 200.0, 200.0, 19.5, 14.5};
   RigidTransform pose = RigidTransform::Identity();
   pose.translation() = Eigen::Vector3d(-9.5, -9.5, 150.0);
-  Engine tested(std::make_shared<Device>());
-  tested.setVolume(volume);
-  selfTest(&tested);
-  tested.setVolume(volume);
-  Engine untested(std::make_shared<Device>());
-  untested.setVolume(volume);
-  const FloatImage drr = tested.render(camera, 0, pose);
-  EXPECT_EQ(drr.pixels, untested.render(camera, 0, pose).pixels);
+  const std::unique_ptr<Engine> tested = makeEngineOpenCl(std::make_shared<Device>());
+  tested->setVolume(volume);
+  selfTest(tested.get());
+  tested->setVolume(volume);
+  const std::unique_ptr<Engine> untested = makeEngineOpenCl(std::make_shared<Device>());
+  untested->setVolume(volume);
+  const FloatImage drr = tested->render(camera, 0, pose);
+  EXPECT_EQ(drr.pixels, untested->render(camera, 0, pose).pixels);
   EXPECT_GT(drr.at(20, 15), 0.25F);  // 15 mm of 0.02 per mm.
 }
 

@@ -23,19 +23,19 @@ class FastRegistrar : public Registrar {
   ~FastRegistrar() override;
 
   void setVolume(const AttenuationVolume& volume) override;
-  bool hasVolume() const override { return engine_.hasVolume(); }
+  bool hasVolume() const override { return engine_->hasVolume(); }
   RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
                                    bool tracking) override;
   void forget() override;
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override;
-  Eigen::Vector3d centreCt() const override { return engine_.volume().centreCt(); }
+  Eigen::Vector3d centreCt() const override { return engine_->volume().centreCt(); }
   /// Other tuning than thresholds makes the next frame a cold start.
   bool setOptions(const RegistrarOptions& options) override;
   std::string deviceName() const override { return device_->name(); }
-  std::size_t deviceBytes() const override { return engine_.hasVolume() ? engine_.volume().bytes() : 0; }
+  std::size_t deviceBytes() const override { return engine_->hasVolume() ? engine_->volume().bytes() : 0; }
 
   /// The engine, for the benchmark.
-  Engine& engine() { return engine_; }
+  Engine& engine() { return *engine_; }
 
  private:
   std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start) const;
@@ -43,7 +43,7 @@ class FastRegistrar : public Registrar {
   std::shared_ptr<Device> device_;
   RegistrarOptions options_;
   Logger logger_;
-  Engine engine_;
+  std::unique_ptr<Engine> engine_;
   std::unique_ptr<DeviceViews> views_;
   std::unique_ptr<ColdStart> found_;  ///< Empty: the next frame is a cold start.
 };

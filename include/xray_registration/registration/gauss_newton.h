@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "xray_registration/drr/engine.h"
+#include "xray_registration/drr/step_sums.h"
 
 namespace xray_registration {
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cctype>
 
+#include "drr/opencl/guarded.h"
+#include "xray_registration/drr/opencl/opencl_device.h"
+
 namespace xray_registration {
 namespace {
 
@@ -77,37 +80,44 @@ std::vector<std::string> listDevices() {
   return names;
 }
 
-Device::Device(const std::string& choice, const Logger& logger) {
-  device_ = chooseDevice(choice);
-  try {
-    context_ = cl::Context(device_);
-    solve_queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
-    upload_queue_ = cl::CommandQueue(context_, device_);
-    name_ = trimmed(device_.getInfo<CL_DEVICE_NAME>());
-    is_gpu_ = isOfType(device_, CL_DEVICE_TYPE_GPU);
-    max_allocation_bytes_ = device_.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
-    global_memory_bytes_ = device_.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
-    compute_units_ = static_cast<int>(device_.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
-  } catch (const cl::Error& error) {
-    throw DeviceError("the OpenCL device '" + name_ + "' cannot be used: " + error.what() + " failed with code " +
-                          std::to_string(error.err()),
-                      error.err());
-  }
+Device::Device(const std::string& choice, const Logger& logger) : opencl_(std::make_unique<OpenClDevice>()) {
+  opencl_->device = chooseDevice(choice);
+  guarded(choice, "opening the OpenCL device", [&] {
+    const cl::Device& device = opencl_->device;
+    name_ = trimmed(device.getInfo<CL_DEVICE_NAME>());
+    opencl_->name = name_;
+    opencl_->context = cl::Context(device);
+    opencl_->solve_queue = cl::CommandQueue(opencl_->context, device, CL_QUEUE_PROFILING_ENABLE);
+    opencl_->upload_queue = cl::CommandQueue(opencl_->context, device);
+    is_gpu_ = isOfType(device, CL_DEVICE_TYPE_GPU);
+    max_allocation_bytes_ = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+    global_memory_bytes_ = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+    compute_units_ = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+  });
   log(logger, LogLevel::kInfo, "OpenCL device: " + name_);
 }
 
-cl::Program Device::build(const std::string& source, const std::string& options) const {
-  cl::Program program(context_, source);
+Device::~Device() = default;
+
+void Device::finish() const {
+  guarded(name_, "waiting for the device", [&] {
+    opencl_->upload_queue.finish();
+    opencl_->solve_queue.finish();
+  });
+}
+
+cl::Program OpenClDevice::build(const std::string& source, const std::string& options) const {
+  cl::Program program(context, source);
   try {
-    program.build({device_}, options.c_str());
+    program.build({device}, options.c_str());
   } catch (const cl::Error& error) {
     std::string build_log;
     try {
-      build_log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
+      build_log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
     } catch (const cl::Error&) {
       build_log = "(the driver gives no build log)";
     }
-    throw DeviceError("the OpenCL compiler of '" + name_ + "' failed with code " + std::to_string(error.err()) +
+    throw DeviceError("the OpenCL compiler of '" + name + "' failed with code " + std::to_string(error.err()) +
                           "; build log:\n" + build_log,
                       error.err());
   }

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
+#include <utility>
 
-#include "xray_registration/drr/opencl/fast_program.h"
-#include "xray_registration/drr/opencl/launch.h"
-#include "xray_registration/drr/opencl/layout.h"
+#include "drr/opencl/guarded.h"
+#include "drr/opencl/opencl_xray.h"
+#include "drr/opencl/workbench.h"
+#include "xray_registration/drr/opencl/opencl_volume.h"
 #include "xray_registration/drr/opencl/pose_parameters.h"
 
 namespace xray_registration {
@@ -16,12 +19,11 @@ using layout::kRays;
 using layout::kTerms;
 using layout::kTile;
 
-constexpr int kSmallestSide = 32;    ///< Of the coarsest X-ray level, pixels.
-constexpr double kMapVoxelMm = 5.0;  ///< Voxel size that is fine enough for that map.
+constexpr double kMapVoxelMm = 5.0;  ///< Voxel size that is fine enough for the map of unexplained tissue.
 
 /// The cut faces that the view sees from the side. What goes on behind a face that is seen from the front lies over the
 /// whole image and changes slowly: it costs contrast, not edges, and to leave it out would leave nothing.
-cl_int sideFaces(const ResidentLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct) {
+cl_int sideFaces(const OpenClLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct) {
   const Eigen::Vector3d middle = camera.rayDirection(0.5 * camera.width, 0.5 * camera.height).normalized();
   const Eigen::Vector3d along = T_camera_ct.linear().transpose() * middle;
   cl_int faces = level.cut_faces;
@@ -32,40 +34,15 @@ cl_int sideFaces(const ResidentLevel& level, const XrayCamera& camera, const Rig
   return faces;
 }
 
-LaunchRange perItem(int items) { return atLeast(static_cast<std::size_t>(items), kRays); }
+/// Covers the whole box, voxels.
+float searchRadius(const DeviceGrid& grid) {
+  const float x = static_cast<float>(grid.size[0]);
+  const float y = static_cast<float>(grid.size[1]);
+  const float z = static_cast<float>(grid.size[2]);
+  return 0.6F * std::sqrt(x * x + y * y + z * z);
+}
 
 int tilesFor(int pixels) { return (pixels + kTile - 1) / kTile; }
-
-/// Of one image of floats.
-std::size_t bytesOf(const XrayCamera& camera) {
-  return sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-}
-
-/// Standard deviation of the pixels with weight; above zero.
-double deviationOf(const FloatImage& image, const FloatImage& weight) {
-  double sum = 0.0;
-  double sum2 = 0.0;
-  double count = 0.0;
-  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-    const double w = weight.pixels[i] > 0.0F ? 1.0 : 0.0;
-    sum += w * image.pixels[i];
-    sum2 += w * image.pixels[i] * image.pixels[i];
-    count += w;
-  }
-  return count > 0.0 ? std::sqrt(std::max(sum2 / count - sum * sum / (count * count), 1e-12)) : 1.0;
-}
-
-/// cl::Error → DeviceError with the step's name.
-template <typename Work>
-auto guarded(const Device& device, const char* what, Work&& work) -> decltype(work()) {
-  try {
-    return work();
-  } catch (const cl::Error& error) {
-    throw DeviceError(std::string(what) + " failed on '" + device.name() + "': " + error.what() + ", code " +
-                          std::to_string(error.err()),
-                      error.err());
-  }
-}
 
 StepSums stepSums(const double* terms) {
   StepSums sums;
@@ -90,297 +67,255 @@ StepSums stepSums(const double* terms) {
   return sums;
 }
 
+/// Adds up the groups' terms of each pose, in a fixed order and in double.
+std::vector<StepSums> sumsOf(const std::vector<float>& terms, std::size_t poses) {
+  const std::size_t floats_per_pose = terms.size() / poses;
+  std::vector<StepSums> results;
+  results.reserve(poses);
+  for (std::size_t pose = 0; pose < poses; ++pose) {
+    double total[kTerms] = {};
+    for (std::size_t i = 0; i < floats_per_pose; ++i) total[i % kTerms] += terms[pose * floats_per_pose + i];
+    results.push_back(stepSums(total));
+  }
+  return results;
+}
+
 double eventMs(const cl::Event& event) {
   if (event() == nullptr) return 0.0;
   return 1e-6 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
                                     event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
 }
 
+/// How the windows lie over an X-ray's tiles.
+struct WindowGrid {
+  WindowGrid(const ResidentXray::Level& xray, int span)
+      // A window never has more tiles than the image; span 0 is one window of everything.
+      : span_x(span == 0 ? xray.tiles_x : std::min(span, xray.tiles_x)),
+        span_y(span == 0 ? xray.tiles_y : std::min(span, xray.tiles_y)),
+        windows_x(xray.tiles_x - span_x + 1),
+        windows_y(xray.tiles_y - span_y + 1),
+        // A window with less than a quarter of its pixels has no reliable mean.
+        min_weight(span == 0 ? 64.0F : 0.25F * static_cast<float>(span_x * span_y * kTile * kTile)) {}
+  int windows() const { return windows_x * windows_y; }
+  int groups() const { return (windows() + kRays - 1) / kRays; }
+
+  int span_x, span_y, windows_x, windows_y;
+  float min_weight;
+};
+
+class EngineOpenCl : public Engine {
+ public:
+  explicit EngineOpenCl(std::shared_ptr<Device> device) : device_(std::move(device)), bench_(device_) {}
+
+  void setVolume(const AttenuationVolume& volume) override {
+    volume_.reset();
+    volume_ = std::make_unique<OpenClVolume>(*device_, volume);
+  }
+  bool hasVolume() const override { return volume_ != nullptr; }
+  const ResidentVolume& volume() const override { return volume_->description(); }
+  const OpenClVolume* openClVolume() const { return volume_.get(); }
+  void releaseVolume() override { volume_.reset(); }
+
+  std::unique_ptr<ResidentXray> upload(const XrayCamera& camera, const FloatImage& attenuation,
+                                       const FloatImage& weight) override {
+    return guarded(device_->name(), "uploading the X-ray",
+                   [&] { return std::make_unique<OpenClXray>(camera, attenuation, weight, spare_xrays_, &bench_); });
+  }
+
+  double weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit) override {
+    return guarded(device_->name(), "weighing the X-ray", [&]() -> double {
+      const XrayCamera& camera = xray->levels().front().camera;
+      const OpenClLevel& ct = level(volume().levelFor(kMapVoxelMm));
+      const cl_int cut_faces = sideFaces(ct, camera, T_camera_ct);
+      if (cut_faces == 0) {
+        own(xray).restoreWeights();
+        return 1.0;
+      }
+      const int map_width = camera.width / layout::kMapStep + 2;
+      const int map_height = camera.height / layout::kMapStep + 2;
+      const int points = map_width * map_height;
+      std::vector<float> factors(static_cast<std::size_t>(points));
+      const std::size_t bytes = sizeof(float) * factors.size();
+      uploadPoses(ct, camera, {T_camera_ct});
+      bench_.run(&bench_.kernels().unexplained, perItem(points), ct.words, ct.grid, poses_.get(), map_width, map_height,
+                 cut_faces, searchRadius(ct.grid), static_cast<float>(limit), map_.atLeast(bytes, &bench_));
+      own(xray).weigh(map_.get(), map_width, map_height, &bench_);
+      bench_.queue().enqueueReadBuffer(map_.get(), CL_TRUE, 0, bytes, factors.data());
+      return std::accumulate(factors.begin(), factors.end(), 0.0) / static_cast<double>(factors.size());
+    });
+  }
+
+  void restoreWeights(ResidentXray* xray) override { own(xray).restoreWeights(); }
+
+  void keepContrastTiles(ResidentXray* xray, int xray_level, double part) override {
+    guarded(device_->name(), "choosing tiles", [&] { own(xray).keepContrastTiles(xray_level, part, &bench_); });
+  }
+
+  std::vector<StepSums> evaluate(ResidentXray* xray, int xray_level, int volume_level,
+                                 const std::vector<RigidTransform>& T_camera_ct,
+                                 const WindowOptions& options) override {
+    if (T_camera_ct.empty()) return {};
+    return guarded(device_->name(), "a Gauss-Newton step", [&] {
+      OpenClXray& seen = own(xray);
+      seen.makeReady(xray_level, &bench_);
+      addUpTiles(seen, xray_level, level(volume_level), T_camera_ct, options.similarity);
+      return sumsOf(addUpWindows(seen.level(xray_level), T_camera_ct.size(), options), T_camera_ct.size());
+    });
+  }
+
+  std::vector<float> windowCorrelations() override {
+    return guarded(device_->name(), "reading the windows", [&] {
+      std::vector<float> correlations(static_cast<std::size_t>(last_windows_));
+      bench_.queue().enqueueReadBuffer(correlations_.get(), CL_TRUE, 0, sizeof(float) * correlations.size(),
+                                       correlations.data());
+      return correlations;
+    });
+  }
+
+  FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) override {
+    return renderImages(&FastKernels::render, 1, camera, volume_level, T_camera_ct).front();
+  }
+
+  std::vector<FloatImage> renderWithDerivatives(const XrayCamera& camera, int volume_level,
+                                                const RigidTransform& T_camera_ct) override {
+    return renderImages(&FastKernels::render_derivatives, 7, camera, volume_level, T_camera_ct);
+  }
+
+  void forceSplit(int split) override { forced_split_ = split; }
+
+  KernelTimes lastKernelTimes() const override {
+    return {eventMs(plan_event_), eventMs(march_event_), eventMs(windows_event_)};
+  }
+
+  EngineWork work() const override { return bench_.work(); }
+  const Device& device() const override { return *device_; }
+
+ private:
+  static OpenClXray& own(ResidentXray* xray) {
+    auto* mine = dynamic_cast<OpenClXray*>(xray);
+    if (mine == nullptr) throw std::invalid_argument("the X-ray is not on an OpenCL device");
+    return *mine;
+  }
+
+  const OpenClLevel& level(int volume_level) const {
+    return volume_->levels().at(static_cast<std::size_t>(volume_level));
+  }
+
+  int chooseSplit(std::size_t groups) const {
+    if (forced_split_ > 0) return forced_split_;
+    // A GPU hides latency with many groups per compute unit; few rays leave it idle unless each is shared.
+    if (device_->isGpu() && groups < 16 * static_cast<std::size_t>(device_->computeUnits())) return 4;
+    return 1;
+  }
+
+  void uploadPoses(const OpenClLevel& level, const XrayCamera& camera, const std::vector<RigidTransform>& poses) {
+    pose_staging_.resize(poses.size() * layout::kPoseStride);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const PoseParameters parameters = poseParameters(level, camera, poses[i], poses[i] * volume().centreCt());
+      std::copy(parameters.begin(), parameters.end(),
+                pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * layout::kPoseStride));
+    }
+    const std::size_t bytes = sizeof(float) * pose_staging_.size();
+    bench_.queue().enqueueWriteBuffer(poses_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, pose_staging_.data());
+  }
+
+  const cl::Buffer& allTiles(int tiles) {
+    if (tiles > all_tiles_count_) {
+      const std::vector<cl_int> ones(static_cast<std::size_t>(tiles), 1);
+      const std::size_t bytes = sizeof(cl_int) * ones.size();
+      bench_.queue().enqueueWriteBuffer(all_tiles_.atLeast(bytes, &bench_), CL_TRUE, 0, bytes, ones.data());
+      all_tiles_count_ = tiles;
+    }
+    return all_tiles_.get();
+  }
+
+  void planTiles(const OpenClLevel& level, int tiles_x, int tiles, std::size_t poses, const cl::Buffer& used_tiles) {
+    const std::size_t groups = static_cast<std::size_t>(tiles) * poses;
+    FastKernels& k = bench_.kernels();
+    bench_.run(&k.plan, groupsOf(k.items_per_tile, groups, &plan_event_), level.occupancy, level.grid, poses_.get(),
+               tiles_x, tiles, used_tiles, plans_.atLeast(groups * sizeof(cl_int4), &bench_));
+  }
+
+  /// The march: the sums of every tile of every pose.
+  void addUpTiles(const OpenClXray& xray, int xray_level, const OpenClLevel& ct,
+                  const std::vector<RigidTransform>& T_camera_ct, Similarity similarity) {
+    const ResidentXray::Level& seen = xray.level(xray_level);
+    const std::size_t groups = static_cast<std::size_t>(seen.tiles()) * T_camera_ct.size();
+    FastKernels& k = bench_.kernels(chooseSplit(groups));
+    uploadPoses(ct, seen.camera, T_camera_ct);
+    planTiles(ct, seen.tiles_x, seen.tiles(), T_camera_ct.size(), xray.usedTiles(xray_level));
+    bench_.run(&k.sums.at(static_cast<std::size_t>(similarity)), groupsOf(k.items_per_tile, groups, &march_event_),
+               ct.words, ct.grid, poses_.get(), plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width,
+               seen.camera.height, xray.attenuation(xray_level), xray.weight(xray_level),
+               sums_.atLeast(groups * layout::kSumStride * sizeof(float), &bench_));
+  }
+
+  /// The terms of every group of windows of every pose.
+  const std::vector<float>& addUpWindows(const ResidentXray::Level& xray, std::size_t poses,
+                                         const WindowOptions& options) {
+    const auto square = [](double value) { return static_cast<float>(value * value); };
+    const WindowGrid grid(xray, options.span);
+    last_windows_ = grid.windows();
+    const std::size_t groups = static_cast<std::size_t>(grid.groups()) * poses;
+    terms_staging_.resize(groups * kTerms);
+    const std::size_t bytes = sizeof(float) * terms_staging_.size();
+    bench_.run(&bench_.kernels().windows, groupsOf(kRays, groups, &windows_event_), sums_.get(), xray.tiles_x,
+               xray.tiles_y, grid.span_x, grid.span_y, grid.windows_x, grid.windows_y, grid.groups(),
+               square(options.epsilon_value), square(options.epsilon_xray), static_cast<float>(options.robust_scale2),
+               square(options.contrast), grid.min_weight,
+               correlations_.atLeast(sizeof(float) * static_cast<std::size_t>(grid.windows()) * poses, &bench_),
+               terms_.atLeast(bytes, &bench_));
+    bench_.queue().enqueueReadBuffer(terms_.get(), CL_TRUE, 0, bytes, terms_staging_.data());
+    return terms_staging_;
+  }
+
+  /// Runs a kernel that writes whole images, one behind the other, and reads them back.
+  std::vector<FloatImage> renderImages(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera,
+                                       int volume_level, const RigidTransform& T_camera_ct) {
+    return guarded(device_->name(), "rendering a DRR", [&] {
+      const OpenClLevel& ct = level(volume_level);
+      const int tiles_x = tilesFor(camera.width);
+      const int tiles = tiles_x * tilesFor(camera.height);
+      const auto groups = static_cast<std::size_t>(tiles);
+      FastKernels& k = bench_.kernels(chooseSplit(groups));
+      uploadPoses(ct, camera, {T_camera_ct});
+      planTiles(ct, tiles_x, tiles, 1, allTiles(tiles));
+      std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
+      const std::size_t bytes = sizeof(float) * images.front().pixels.size();
+      bench_.run(&(k.*kernel), groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
+                 plans_.get(), tiles_x, tiles, camera.width, camera.height, image_.atLeast(count * bytes, &bench_));
+      for (std::size_t i = 0; i < count; ++i) {
+        bench_.queue().enqueueReadBuffer(image_.get(), CL_TRUE, i * bytes, bytes, images[i].pixels.data());
+      }
+      return images;
+    });
+  }
+
+  std::shared_ptr<Device> device_;
+  Workbench bench_;
+  std::unique_ptr<OpenClVolume> volume_;
+  std::shared_ptr<SpareStorage> spare_xrays_ = std::make_shared<SpareStorage>();
+  int forced_split_ = 0;
+  GrowingBuffer poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_, map_;
+  int all_tiles_count_ = 0;
+  std::vector<float> pose_staging_;
+  std::vector<float> terms_staging_;
+  int last_windows_ = 0;
+  cl::Event plan_event_, march_event_, windows_event_;
+};
+
 }  // namespace
 
-bool StepSums::finite() const { return matrix.allFinite() && gradient.allFinite() && std::isfinite(cost); }
-
-Engine::Engine(std::shared_ptr<Device> device) : device_(std::move(device)) { kernels(1); }
-
-Engine::Kernels& Engine::kernels(int split) {
-  const auto found = kernels_.find(split);
-  if (found != kernels_.end()) return found->second;
-  return guarded(*device_, "compiling the kernels", [&]() -> Kernels& {
-    Kernels k;
-    const MarchShape shape{lanesFor(split), split};
-    k.items_per_tile = shape.itemsPerTile();
-    k.program = device_->build(fastSource(), fastOptions(shape));
-    k.plan = cl::Kernel(k.program, "plan");
-    k.render = cl::Kernel(k.program, "render");
-    k.render_derivatives = cl::Kernel(k.program, "render_derivatives");
-    for (const SimilarityKind& kind : kSimilarities) k.sums.emplace_back(k.program, kind.sums);
-    k.windows = cl::Kernel(k.program, "windows");
-    k.halve_xray = cl::Kernel(k.program, "halve_xray");
-    k.used_tiles = cl::Kernel(k.program, "used_tiles");
-    k.unexplained = cl::Kernel(k.program, "unexplained");
-    k.apply_map = cl::Kernel(k.program, "apply_map");
-    return kernels_.emplace(split, std::move(k)).first->second;
-  });
+std::unique_ptr<Engine> makeEngineOpenCl(std::shared_ptr<Device> device) {
+  return std::make_unique<EngineOpenCl>(std::move(device));
 }
 
-int Engine::lanesFor(int split) const { return device_->isGpu() || split > 1 ? 1 : kRays; }
-
-int Engine::chooseSplit(int groups) const {
-  if (forced_split_ > 0) return forced_split_;
-  // A GPU hides latency with many groups per compute unit; few rays leave it idle unless each is shared.
-  if (device_->isGpu() && groups < 16 * device_->computeUnits()) return 4;
-  return 1;
-}
-
-cl::Buffer& Engine::scratch(Scratch* scratch, std::size_t bytes) {
-  if (scratch->bytes < bytes) {
-    scratch->buffer = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
-    scratch->bytes = bytes;
+const OpenClVolume& openClVolume(const Engine& engine) {
+  const auto* opencl = dynamic_cast<const EngineOpenCl*>(&engine);
+  if (opencl == nullptr || opencl->openClVolume() == nullptr) {
+    throw std::invalid_argument("the engine holds no CT on an OpenCL device");
   }
-  return scratch->buffer;
-}
-
-const ResidentLevel& Engine::level(int volume_level) const {
-  return volume_->levels().at(static_cast<std::size_t>(volume_level));
-}
-
-void Engine::setVolume(const AttenuationVolume& volume) {
-  volume_.reset();
-  volume_ = std::make_unique<ResidentVolume>(device_.get(), volume);
-}
-
-ResidentXray::Level Engine::newXrayLevel(const XrayCamera& camera, const cl::Buffer& attenuation) {
-  ResidentXray::Level level;
-  level.camera = camera;
-  level.tiles_x = tilesFor(camera.width);
-  level.tiles_y = tilesFor(camera.height);
-  level.attenuation = attenuation;
-  level.weight = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytesOf(camera));
-  level.contrast =
-      cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(float) * static_cast<std::size_t>(level.tiles()));
-  level.used_tiles =
-      cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(cl_int) * static_cast<std::size_t>(level.tiles()));
-  return level;
-}
-
-void Engine::markUsedTiles(ResidentXray::Level* level) {
-  launch(device_->solveQueue(), &kernels(1).used_tiles, perItem(level->tiles()), level->attenuation, level->weight,
-         level->camera.width, level->camera.height, level->tiles_x, level->tiles(), level->used_tiles, level->contrast);
-}
-
-void Engine::keepContrastTiles(ResidentXray::Level* level, double part) {
-  guarded(*device_, "choosing tiles", [&] {
-    const auto count = static_cast<std::size_t>(level->tiles());
-    std::vector<float> contrast(count);
-    device_->solveQueue().enqueueReadBuffer(level->contrast, CL_TRUE, 0, sizeof(float) * count, contrast.data());
-    std::vector<float> sorted = contrast;
-    const auto threshold = sorted.begin() + static_cast<std::ptrdiff_t>((1.0 - part) * static_cast<double>(count - 1));
-    std::nth_element(sorted.begin(), threshold, sorted.end());
-    std::vector<cl_int> used(count);
-    for (std::size_t i = 0; i < count; ++i) used[i] = contrast[i] > 0.0F && contrast[i] >= *threshold ? 1 : 0;
-    device_->solveQueue().enqueueWriteBuffer(level->used_tiles, CL_TRUE, 0, sizeof(cl_int) * count, used.data());
-  });
-}
-
-void Engine::halve(const ResidentXray::Level& fine, ResidentXray::Level* half) {
-  const int width = half->camera.width;
-  const int height = half->camera.height;
-  launch(device_->solveQueue(), &kernels(1).halve_xray, perItem(width * height), fine.attenuation, fine.weight,
-         fine.camera.width, fine.camera.height, width, height, half->attenuation, half->weight);
-}
-
-void Engine::halveAll(ResidentXray* xray) {
-  for (std::size_t i = 0; i < xray->levels.size(); ++i) {
-    if (i > 0) halve(xray->levels[i - 1], &xray->levels[i]);
-    markUsedTiles(&xray->levels[i]);
-  }
-}
-
-void Engine::restoreWeights(ResidentXray* xray) {
-  guarded(*device_, "weighing the X-ray", [&] {
-    const ResidentXray::Level& finest = xray->levels.front();
-    device_->solveQueue().enqueueCopyBuffer(xray->mask, finest.weight, 0, 0, bytesOf(finest.camera));
-    halveAll(xray);
-  });
-}
-
-double Engine::weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit) {
-  return guarded(*device_, "weighing the X-ray", [&]() -> double {
-    cl::CommandQueue& queue = device_->solveQueue();
-    const XrayCamera& camera = xray->levels.front().camera;
-    const int level_index = volume_->levelFor(kMapVoxelMm);
-    const ResidentLevel& ct = level(level_index);
-    const cl_int cut_faces = sideFaces(ct, camera, T_camera_ct);
-    if (cut_faces == 0) {
-      restoreWeights(xray);
-      return 1.0;
-    }
-    const int map_width = camera.width / layout::kMapStep + 2;
-    const int map_height = camera.height / layout::kMapStep + 2;
-    const float radius =
-        0.6F * std::sqrt(static_cast<float>(ct.grid.size[0] * ct.grid.size[0] + ct.grid.size[1] * ct.grid.size[1] +
-                                            ct.grid.size[2] * ct.grid.size[2]));
-    uploadPoses(ct, camera, {T_camera_ct});
-    const int points = map_width * map_height;
-    launch(queue, &kernels(1).unexplained, perItem(points), ct.words, ct.grid, poses_.buffer, map_width, map_height,
-           cut_faces, radius, static_cast<float>(limit),
-           scratch(&map_, sizeof(float) * static_cast<std::size_t>(points)));
-    launch(queue, &kernels(1).apply_map, perItem(camera.width * camera.height), xray->mask, map_.buffer, camera.width,
-           camera.height, map_width, map_height, xray->levels.front().weight);
-    halveAll(xray);
-    std::vector<float> factors(static_cast<std::size_t>(points));
-    queue.enqueueReadBuffer(map_.buffer, CL_TRUE, 0, sizeof(float) * factors.size(), factors.data());
-    return std::accumulate(factors.begin(), factors.end(), 0.0) / static_cast<double>(factors.size());
-  });
-}
-
-ResidentXray Engine::upload(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight) {
-  return guarded(*device_, "uploading the X-ray", [&] {
-    ResidentXray xray;
-    xray.deviation = deviationOf(attenuation, weight);
-    const std::size_t bytes = sizeof(float) * attenuation.pixels.size();
-    const cl::Buffer pixels(device_->context(), CL_MEM_READ_WRITE, bytes);
-    xray.mask = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytes);
-    cl::CommandQueue& queue = device_->solveQueue();
-    queue.enqueueWriteBuffer(pixels, CL_FALSE, 0, bytes, attenuation.pixels.data());
-    queue.enqueueWriteBuffer(xray.mask, CL_TRUE, 0, bytes, weight.pixels.data());
-    xray.levels.push_back(newXrayLevel(camera, pixels));
-    while (std::min(xray.levels.back().camera.width, xray.levels.back().camera.height) >= 2 * kSmallestSide) {
-      const XrayCamera half = xray.levels.back().camera.binned(2);
-      xray.levels.push_back(newXrayLevel(half, cl::Buffer(device_->context(), CL_MEM_READ_WRITE, bytesOf(half))));
-    }
-    restoreWeights(&xray);
-    return xray;
-  });
-}
-
-void Engine::uploadPoses(const ResidentLevel& level, const XrayCamera& camera,
-                         const std::vector<RigidTransform>& poses) {
-  pose_staging_.resize(poses.size() * layout::kPoseStride);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const PoseParameters parameters = poseParameters(level, camera, poses[i], poses[i] * volume_->centreCt());
-    std::copy(parameters.begin(), parameters.end(),
-              pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * layout::kPoseStride));
-  }
-  device_->solveQueue().enqueueWriteBuffer(scratch(&poses_, sizeof(float) * pose_staging_.size()), CL_FALSE, 0,
-                                           sizeof(float) * pose_staging_.size(), pose_staging_.data());
-}
-
-const cl::Buffer& Engine::allTiles(int tiles) {
-  if (tiles > all_tiles_count_) {
-    const std::vector<cl_int> ones(static_cast<std::size_t>(tiles), 1);
-    device_->solveQueue().enqueueWriteBuffer(scratch(&all_tiles_, sizeof(cl_int) * ones.size()), CL_TRUE, 0,
-                                             sizeof(cl_int) * ones.size(), ones.data());
-    all_tiles_count_ = tiles;
-  }
-  return all_tiles_.buffer;
-}
-
-void Engine::planTiles(Kernels* k, const ResidentLevel& level, int tiles_x, int tiles, int poses,
-                       const cl::Buffer& used_tiles) {
-  const std::size_t groups = static_cast<std::size_t>(tiles) * static_cast<std::size_t>(poses);
-  launch(device_->solveQueue(), &k->plan, groupsOf(k->items_per_tile, groups, &plan_event_), level.occupancy,
-         level.grid, poses_.buffer, tiles_x, tiles, used_tiles, scratch(&plans_, groups * sizeof(cl_int4)));
-}
-
-std::vector<StepSums> Engine::evaluate(const ResidentXray::Level& xray, int volume_level,
-                                       const std::vector<RigidTransform>& T_camera_ct, const WindowOptions& options) {
-  return guarded(*device_, "a Gauss-Newton step", [&] {
-    cl::CommandQueue& queue = device_->solveQueue();
-    const ResidentLevel& ct = level(volume_level);
-    const int poses = static_cast<int>(T_camera_ct.size());
-    const int tiles = xray.tiles();
-    const std::size_t groups = static_cast<std::size_t>(tiles) * static_cast<std::size_t>(poses);
-    const int split = chooseSplit(static_cast<int>(groups));
-    Kernels& k = kernels(split);
-
-    uploadPoses(ct, xray.camera, T_camera_ct);
-    planTiles(&kernels(1), ct, xray.tiles_x, tiles, poses, xray.used_tiles);
-    launch(queue, &k.sums.at(static_cast<std::size_t>(options.similarity)),
-           groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.buffer, plans_.buffer,
-           xray.tiles_x, tiles, xray.camera.width, xray.camera.height, xray.attenuation, xray.weight,
-           scratch(&sums_, groups * layout::kSumStride * sizeof(float)));
-
-    // A window never has more tiles than the image; span 0 is one window of everything.
-    const int span_x = options.span == 0 ? xray.tiles_x : std::min(options.span, xray.tiles_x);
-    const int span_y = options.span == 0 ? xray.tiles_y : std::min(options.span, xray.tiles_y);
-    const int windows_x = xray.tiles_x - span_x + 1;
-    const int windows_y = xray.tiles_y - span_y + 1;
-    const int window_groups = (windows_x * windows_y + kRays - 1) / kRays;
-    last_windows_ = windows_x * windows_y;
-    const std::size_t term_count = static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses) * kTerms;
-    const auto square = [](double value) { return static_cast<float>(value * value); };
-    // A window with less than a quarter of its pixels has no reliable mean.
-    const float min_weight = options.span == 0 ? 64.0F : 0.25F * static_cast<float>(span_x * span_y * kTile * kTile);
-    const std::size_t correlation_bytes =
-        sizeof(float) * static_cast<std::size_t>(last_windows_) * static_cast<std::size_t>(poses);
-    launch(queue, &kernels(1).windows,
-           groupsOf(kRays, static_cast<std::size_t>(window_groups) * static_cast<std::size_t>(poses), &windows_event_),
-           sums_.buffer, xray.tiles_x, xray.tiles_y, span_x, span_y, windows_x, windows_y, window_groups,
-           square(options.epsilon_value), square(options.epsilon_xray), static_cast<float>(options.robust_scale2),
-           square(options.contrast), min_weight, scratch(&correlations_, correlation_bytes),
-           scratch(&terms_, sizeof(float) * term_count));
-
-    terms_staging_.resize(term_count);
-    queue.enqueueReadBuffer(terms_.buffer, CL_TRUE, 0, sizeof(float) * term_count, terms_staging_.data());
-
-    std::vector<StepSums> results;
-    results.reserve(T_camera_ct.size());
-    for (int pose = 0; pose < poses; ++pose) {
-      double terms[kTerms] = {};
-      for (int group = 0; group < window_groups; ++group) {
-        const float* part = terms_staging_.data() + static_cast<std::ptrdiff_t>(pose * window_groups + group) * kTerms;
-        for (int i = 0; i < kTerms; ++i) terms[i] += part[i];
-      }
-      results.push_back(stepSums(terms));
-    }
-    return results;
-  });
-}
-
-std::vector<float> Engine::windowCorrelations() {
-  return guarded(*device_, "reading the windows", [&] {
-    std::vector<float> correlations(static_cast<std::size_t>(last_windows_));
-    device_->solveQueue().enqueueReadBuffer(correlations_.buffer, CL_TRUE, 0, sizeof(float) * correlations.size(),
-                                            correlations.data());
-    return correlations;
-  });
-}
-
-FloatImage Engine::render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) {
-  return renderImages(&Kernels::render, 1, camera, volume_level, T_camera_ct).front();
-}
-
-std::vector<FloatImage> Engine::renderWithDerivatives(const XrayCamera& camera, int volume_level,
-                                                      const RigidTransform& T_camera_ct) {
-  return renderImages(&Kernels::render_derivatives, 7, camera, volume_level, T_camera_ct);
-}
-
-std::vector<FloatImage> Engine::renderImages(cl::Kernel Kernels::*kernel, std::size_t count, const XrayCamera& camera,
-                                             int volume_level, const RigidTransform& T_camera_ct) {
-  return guarded(*device_, "rendering a DRR", [&] {
-    cl::CommandQueue& queue = device_->solveQueue();
-    const ResidentLevel& ct = level(volume_level);
-    const int tiles_x = tilesFor(camera.width);
-    const int tiles = tiles_x * tilesFor(camera.height);
-    Kernels& k = kernels(chooseSplit(tiles));
-    const cl::Buffer& all_tiles = allTiles(tiles);
-    uploadPoses(ct, camera, {T_camera_ct});
-    planTiles(&kernels(1), ct, tiles_x, tiles, 1, all_tiles);
-    std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
-    const std::size_t bytes = sizeof(float) * images.front().pixels.size();
-    launch(queue, &(k.*kernel), groupsOf(k.items_per_tile, static_cast<std::size_t>(tiles), &march_event_), ct.words,
-           ct.grid, poses_.buffer, plans_.buffer, tiles_x, tiles, camera.width, camera.height,
-           scratch(&image_, count * bytes));
-    for (std::size_t i = 0; i < count; ++i) {
-      queue.enqueueReadBuffer(image_.buffer, CL_TRUE, i * bytes, bytes, images[i].pixels.data());
-    }
-    return images;
-  });
-}
-
-Engine::KernelTimes Engine::lastKernelTimes() const {
-  return {eventMs(plan_event_), eventMs(march_event_), eventMs(windows_event_)};
+  return *opencl->openClVolume();
 }
 
 }  // namespace xray_registration

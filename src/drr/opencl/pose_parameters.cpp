@@ -17,7 +17,7 @@ void store(const Eigen::Vector3d& vector, int offset, PoseParameters* parameters
 
 }  // namespace
 
-PoseParameters poseParameters(const ResidentLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct,
+PoseParameters poseParameters(const OpenClLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct,
                               const Eigen::Vector3d& centre_camera_mm) {
   PoseParameters parameters{};
   // G carries camera millimetres to voxel steps.

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "drr/opencl/guarded.h"
 #include "drr/paper/paper_filter.h"
 #include "xray_registration/drr/opencl/launch.h"
 #include "xray_registration/drr/paper/paper_engine.h"
@@ -23,34 +24,19 @@ constexpr int kSums = 45;          // PAPER_SUMS for the kernels.
 cl_float4 float4(const Eigen::Vector3f& v) { return {{v.x(), v.y(), v.z(), 0.0F}}; }
 std::size_t padded(int size) { return static_cast<std::size_t>((size + kTile - 1) / kTile * kTile); }
 
-/// Runs OpenCL calls; their failures become DeviceErrors that name the device and the step.
-template <typename Calls>
-auto onDevice(const std::string& device_name, const char* step, const Calls& calls) {
-  try {
-    return calls();
-  } catch (const cl::Error& error) {
-    const bool no_room = error.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || error.err() == CL_OUT_OF_RESOURCES ||
-                         error.err() == CL_OUT_OF_HOST_MEMORY || error.err() == CL_INVALID_BUFFER_SIZE;
-    throw DeviceError(std::string("paper method, ") + step + " on '" + device_name + "': " + error.what() +
-                          " failed with code " + std::to_string(error.err()) +
-                          (no_room ? " (no room on the device: use a smaller CT or another device)" : ""),
-                      error.err());
-  }
-}
-
 class PaperEngineOpenCl : public PaperEngine {
  public:
   explicit PaperEngineOpenCl(std::shared_ptr<Device> device) : device_(std::move(device)) {
-    program_ =
-        device_->build(kernels::paper, "-cl-std=CL1.2 -cl-mad-enable -DPAPER_GROUP=" + std::to_string(kReduceGroup) +
+    program_ = device_->openCl().build(kernels::paper,
+                                       "-cl-std=CL1.2 -cl-mad-enable -DPAPER_GROUP=" + std::to_string(kReduceGroup) +
                                            " -DPAPER_SUMS=" + std::to_string(kSums));
-    onDevice(name(), "creating kernels", [&] {
+    guarded(name(), "paper method, creating kernels", [&] {
       drr_ = cl::Kernel(program_, "paper_drr");
       blur_rows_ = cl::Kernel(program_, "paper_blur_rows");
       blur_columns_ = cl::Kernel(program_, "paper_blur_columns");
       weigh_ = cl::Kernel(program_, "paper_weigh");
       moments_ = cl::Kernel(program_, "paper_moments");
-      partial_sums_ = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(float) * kReduceGroups * kSums);
+      partial_sums_ = cl::Buffer(device_->openCl().context, CL_MEM_READ_WRITE, sizeof(float) * kReduceGroups * kSums);
     });
   }
 
@@ -67,8 +53,8 @@ class PaperEngineOpenCl : public PaperEngine {
     }
     volume_ = cl::Buffer();  // The previous one is released before the next is made.
     volume_bytes_ = voxels * sizeof(float);
-    onDevice(name(), "uploading the CT", [&] {
-      volume_ = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, volume_bytes_);
+    guarded(name(), "paper method, uploading the CT", [&] {
+      volume_ = cl::Buffer(device_->openCl().context, CL_MEM_READ_ONLY, volume_bytes_);
       uploadSlices(volume);
     });
   }
@@ -77,7 +63,7 @@ class PaperEngineOpenCl : public PaperEngine {
     const FloatImage weights = weightsOf(mask, target.width, target.height);
     smooth_ = Blur{gaussianTaps(filter.smooth_sigma_px), {}, {}};
     background_ = Blur{gaussianTaps(filter.background_sigma_px), {}, {}};
-    onDevice(name(), "uploading the X-ray", [&] {
+    guarded(name(), "paper method, uploading the X-ray", [&] {
       resize(target.width, target.height);
       write(weights_, weights.pixels);
       write(target_, target.pixels);
@@ -86,9 +72,9 @@ class PaperEngineOpenCl : public PaperEngine {
       filter_ = !smooth_.half_taps.empty() || !background_.half_taps.empty();
       if (filter_) {
         applyFilter(target_, 1);
-        device_->solveQueue().enqueueCopyBuffer(filtered_, target_, 0, 0, sizeof(float) * pixels());
+        device_->openCl().solve_queue.enqueueCopyBuffer(filtered_, target_, 0, 0, sizeof(float) * pixels());
       }
-      device_->solveQueue().finish();
+      device_->openCl().solve_queue.finish();
     });
   }
 
@@ -101,23 +87,25 @@ class PaperEngineOpenCl : public PaperEngine {
       upper[axis] = std::nextafter(static_cast<float>(grid_.size[axis] + 1), 0.0F);
     }
     const Eigen::Vector3f origin = rays.origin + Eigen::Vector3f::Ones();  // One layer of air.
-    onDevice(name(), "rendering", [&] {
-      launch(device_->solveQueue(), &drr_, {cl::NDRange(padded(width_), padded(height_)), cl::NDRange(kTile, kTile)},
-             volume_, row_, slice_, float4(upper), float4(origin), float4(rays.corner), float4(rays.column),
-             float4(rays.row), cl_float4{{rays.cx, rays.cy, rays.inverse_fx, rays.inverse_fy}}, rays.first_mm,
-             rays.step_mm, rays.samples, rays.scale, width_, height_, images_, slot);
+    guarded(name(), "paper method, rendering", [&] {
+      launch(device_->openCl().solve_queue, &drr_,
+             {cl::NDRange(padded(width_), padded(height_)), cl::NDRange(kTile, kTile)}, volume_, row_, slice_,
+             float4(upper), float4(origin), float4(rays.corner), float4(rays.column), float4(rays.row),
+             cl_float4{{rays.cx, rays.cy, rays.inverse_fx, rays.inverse_fy}}, rays.first_mm, rays.step_mm, rays.samples,
+             rays.scale, width_, height_, images_, slot);
     });
   }
 
   void finish() override {
-    onDevice(name(), "waiting", [&] { device_->solveQueue().finish(); });
+    guarded(name(), "paper method, waiting", [&] { device_->openCl().solve_queue.finish(); });
   }
 
   FloatImage read(int slot) override {
     FloatImage image(width_, height_);
-    onDevice(name(), "reading an image", [&] {
-      device_->solveQueue().enqueueReadBuffer(images_, CL_TRUE, sizeof(float) * pixels() * static_cast<unsigned>(slot),
-                                              sizeof(float) * pixels(), image.pixels.data());
+    guarded(name(), "paper method, reading an image", [&] {
+      device_->openCl().solve_queue.enqueueReadBuffer(images_, CL_TRUE,
+                                                      sizeof(float) * pixels() * static_cast<unsigned>(slot),
+                                                      sizeof(float) * pixels(), image.pixels.data());
     });
     return image;
   }
@@ -126,11 +114,13 @@ class PaperEngineOpenCl : public PaperEngine {
     cl_float8 inverse_steps{};
     for (std::size_t k = 0; k < 6; ++k) inverse_steps.s[k] = static_cast<float>(1.0 / steps[k]);
     std::vector<float> parts(static_cast<std::size_t>(kReduceGroups) * kSums);
-    onDevice(name(), "reducing", [&] {
+    guarded(name(), "paper method, reducing", [&] {
       if (filter_) applyFilter(images_, kPaperSlots);
-      launch(device_->solveQueue(), &moments_, groupsOf(kReduceGroup, kReduceGroups), filter_ ? filtered_ : images_,
-             target_, weights_, inverse_steps, static_cast<int>(pixels()), partial_sums_);
-      device_->solveQueue().enqueueReadBuffer(partial_sums_, CL_TRUE, 0, sizeof(float) * parts.size(), parts.data());
+      launch(device_->openCl().solve_queue, &moments_, groupsOf(kReduceGroup, kReduceGroups),
+             filter_ ? filtered_ : images_, target_, weights_, inverse_steps, static_cast<int>(pixels()),
+             partial_sums_);
+      device_->openCl().solve_queue.enqueueReadBuffer(partial_sums_, CL_TRUE, 0, sizeof(float) * parts.size(),
+                                                      parts.data());
     });
     return momentsFrom(parts);
   }
@@ -164,16 +154,16 @@ class PaperEngineOpenCl : public PaperEngine {
   std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
 
   void write(const cl::Buffer& buffer, const std::vector<float>& values) {
-    device_->solveQueue().enqueueWriteBuffer(buffer, CL_TRUE, 0, sizeof(float) * values.size(), values.data());
+    device_->openCl().solve_queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, sizeof(float) * values.size(), values.data());
   }
 
   /// Slice by slice: no second float copy of a large CT on the host.
   void uploadSlices(const AttenuationVolume& volume) {
     std::vector<float> slice(static_cast<std::size_t>(slice_), 0.0F);
     const auto send = [&](int z) {
-      device_->solveQueue().enqueueWriteBuffer(volume_, CL_TRUE,
-                                               sizeof(float) * slice.size() * static_cast<unsigned>(z),
-                                               sizeof(float) * slice.size(), slice.data());
+      device_->openCl().solve_queue.enqueueWriteBuffer(volume_, CL_TRUE,
+                                                       sizeof(float) * slice.size() * static_cast<unsigned>(z),
+                                                       sizeof(float) * slice.size(), slice.data());
     };
     send(0);
     send(grid_.size.z() + 1);
@@ -192,20 +182,20 @@ class PaperEngineOpenCl : public PaperEngine {
     width_ = width;
     height_ = height;
     const auto buffer = [&](std::size_t images) {
-      return cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(float) * pixels() * images);
+      return cl::Buffer(device_->openCl().context, CL_MEM_READ_WRITE, sizeof(float) * pixels() * images);
     };
     images_ = buffer(kPaperSlots);
     filtered_ = buffer(kPaperSlots);
     rows_ = buffer(kPaperSlots);
     target_ = buffer(1);
     weights_ = buffer(1);
-    device_->solveQueue().enqueueFillBuffer(images_, 0.0F, 0, sizeof(float) * pixels() * kPaperSlots);
+    device_->openCl().solve_queue.enqueueFillBuffer(images_, 0.0F, 0, sizeof(float) * pixels() * kPaperSlots);
   }
 
   void prepare(Blur* blur, const FloatImage& weights) {
     if (blur->half_taps.empty()) return;
-    blur->taps = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, sizeof(float) * blur->half_taps.size());
-    blur->norm = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, sizeof(float) * pixels());
+    blur->taps = cl::Buffer(device_->openCl().context, CL_MEM_READ_ONLY, sizeof(float) * blur->half_taps.size());
+    blur->norm = cl::Buffer(device_->openCl().context, CL_MEM_READ_ONLY, sizeof(float) * pixels());
     write(blur->taps, blur->half_taps);
     write(blur->norm, inverseBlurredWeights(weights, blur->half_taps).pixels);
   }
@@ -214,16 +204,17 @@ class PaperEngineOpenCl : public PaperEngine {
     const int radius = static_cast<int>(blur.half_taps.size()) - 1;
     const LaunchRange range{cl::NDRange(padded(width_), padded(height_), static_cast<std::size_t>(count)),
                             cl::NDRange(kTile, kTile, 1)};
-    launch(device_->solveQueue(), &blur_rows_, range, images, weights_, blur.taps, radius, width_, height_, rows_);
-    launch(device_->solveQueue(), &blur_columns_, range, rows_, weights_, blur.norm, blur.taps, radius, width_, height_,
-           subtract, filtered_);
+    launch(device_->openCl().solve_queue, &blur_rows_, range, images, weights_, blur.taps, radius, width_, height_,
+           rows_);
+    launch(device_->openCl().solve_queue, &blur_columns_, range, rows_, weights_, blur.norm, blur.taps, radius, width_,
+           height_, subtract, filtered_);
   }
 
   /// filtered_ = weights · (smooth(images) − background(images)).
   void applyFilter(const cl::Buffer& images, int count) {
     if (smooth_.half_taps.empty()) {
       const std::size_t groups = (pixels() + kReduceGroup - 1) / kReduceGroup;
-      launch(device_->solveQueue(), &weigh_,
+      launch(device_->openCl().solve_queue, &weigh_,
              {cl::NDRange(groups * kReduceGroup, static_cast<std::size_t>(count)), cl::NDRange(kReduceGroup, 1)},
              images, weights_, static_cast<int>(pixels()), filtered_);
     } else {

@@ -14,13 +14,13 @@ FastStep::FastStep(std::shared_ptr<Engine> engine, const FastScene& scene, int s
 }
 
 void FastStep::step() {
-  const StepSums sums = engine_->evaluate(xray_.levels.front(), 0, {scene_.T_camera_ct}, window_).front();
+  const StepSums sums = engine_->evaluate(xray_.get(), 0, 0, {scene_.T_camera_ct}, window_).front();
   Twist delta;
   if (!dampedStep(sums, 1e-3, &delta)) throw std::runtime_error("benchmark: a step of the fast method was refused");
 }
 
 double FastStep::samples(MarchProbe* probe) const {
-  probe->plan(engine_->volume().levels().front(), scene_.camera, scene_.T_camera_ct, engine_->volume().centreCt());
+  probe->plan(*engine_, scene_.camera, scene_.T_camera_ct);
   return probe->samples();
 }
 

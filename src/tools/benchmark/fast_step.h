@@ -28,7 +28,7 @@ class FastStep {
   std::shared_ptr<Engine> engine_;
   FastScene scene_;
   WindowOptions window_;
-  ResidentXray xray_;
+  std::unique_ptr<ResidentXray> xray_;
 };
 
 }  // namespace xray_registration::tools

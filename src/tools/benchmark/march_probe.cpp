@@ -30,27 +30,27 @@ double eventMs(const cl::Event& event) {
 MarchProbe::MarchProbe(std::shared_ptr<Device> device) : device_(std::move(device)) {
   const MarchShape shape{device_->isGpu() ? 1 : kRays, 1};
   items_per_tile_ = shape.itemsPerTile();
-  program_ = device_->build(fastSource() + kernels::ceiling, fastOptions(shape));
+  program_ = device_->openCl().build(fastSource() + kernels::ceiling, fastOptions(shape));
   plan_ = cl::Kernel(program_, "plan");
   loads_only_ = cl::Kernel(program_, "loads_only");
   copy_ = cl::Kernel(program_, "copy");
 }
 
-void MarchProbe::plan(const ResidentLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct,
-                      const Eigen::Vector3d& centre_ct_mm) {
-  cl::CommandQueue& queue = device_->solveQueue();
+void MarchProbe::plan(const Engine& engine, const XrayCamera& camera, const RigidTransform& T_camera_ct) {
+  const OpenClLevel& level = openClVolume(engine).levels().front();
+  const cl::CommandQueue& queue = device_->openCl().solve_queue;
   level_ = &level;
   tiles_x_ = (camera.width + kTile - 1) / kTile;
   tiles_ = tiles_x_ * ((camera.height + kTile - 1) / kTile);
   const auto tiles = static_cast<std::size_t>(tiles_);
-  const PoseParameters pose = poseParameters(level, camera, T_camera_ct, T_camera_ct * centre_ct_mm);
-  poses_ = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, sizeof(float) * pose.size());
+  const PoseParameters pose = poseParameters(level, camera, T_camera_ct, T_camera_ct * engine.volume().centreCt());
+  poses_ = cl::Buffer(device_->openCl().context, CL_MEM_READ_ONLY, sizeof(float) * pose.size());
   queue.enqueueWriteBuffer(poses_, CL_TRUE, 0, sizeof(float) * pose.size(), pose.data());
   std::vector<cl_int> used(tiles, 1);
-  const cl::Buffer used_tiles(device_->context(), CL_MEM_READ_ONLY, sizeof(cl_int) * tiles);
+  const cl::Buffer used_tiles(device_->openCl().context, CL_MEM_READ_ONLY, sizeof(cl_int) * tiles);
   queue.enqueueWriteBuffer(used_tiles, CL_TRUE, 0, sizeof(cl_int) * tiles, used.data());
-  plans_ = cl::Buffer(device_->context(), CL_MEM_READ_WRITE, sizeof(cl_int4) * tiles);
-  out_ = cl::Buffer(device_->context(), CL_MEM_WRITE_ONLY, sizeof(cl_uint) * kRays * tiles);
+  plans_ = cl::Buffer(device_->openCl().context, CL_MEM_READ_WRITE, sizeof(cl_int4) * tiles);
+  out_ = cl::Buffer(device_->openCl().context, CL_MEM_WRITE_ONLY, sizeof(cl_uint) * kRays * tiles);
   launch(queue, &plan_, groupsOf(items_per_tile_, tiles), level.occupancy, level.grid, poses_, tiles_x_, tiles_,
          used_tiles, plans_);
   queue.finish();
@@ -59,7 +59,7 @@ void MarchProbe::plan(const ResidentLevel& level, const XrayCamera& camera, cons
 
 void MarchProbe::countSamples(const XrayCamera& camera) {
   std::vector<cl_int4> plans(static_cast<std::size_t>(tiles_));
-  device_->solveQueue().enqueueReadBuffer(plans_, CL_TRUE, 0, sizeof(cl_int4) * plans.size(), plans.data());
+  device_->openCl().solve_queue.enqueueReadBuffer(plans_, CL_TRUE, 0, sizeof(cl_int4) * plans.size(), plans.data());
   samples_ = 0.0;
   loaded_bytes_ = 0.0;
   for (int tile = 0; tile < tiles_; ++tile) {
@@ -74,17 +74,18 @@ void MarchProbe::countSamples(const XrayCamera& camera) {
 
 double MarchProbe::loadsOnlyMs() {
   cl::Event event;
-  launch(device_->solveQueue(), &loads_only_, groupsOf(items_per_tile_, static_cast<std::size_t>(tiles_), &event),
-         level_->words, level_->grid, poses_, plans_, tiles_x_, tiles_, out_);
+  launch(device_->openCl().solve_queue, &loads_only_,
+         groupsOf(items_per_tile_, static_cast<std::size_t>(tiles_), &event), level_->words, level_->grid, poses_,
+         plans_, tiles_x_, tiles_, out_);
   return eventMs(event);
 }
 
 double MarchProbe::copyBytesPerSecond(std::size_t bytes) {
   const std::size_t items = bytes / sizeof(cl_float16) / kCopyGroup * kCopyGroup;
   const std::size_t size = items * sizeof(cl_float16);
-  const cl::Buffer from(device_->context(), CL_MEM_READ_WRITE, size);
-  const cl::Buffer to(device_->context(), CL_MEM_READ_WRITE, size);
-  cl::CommandQueue& queue = device_->solveQueue();
+  const cl::Buffer from(device_->openCl().context, CL_MEM_READ_WRITE, size);
+  const cl::Buffer to(device_->openCl().context, CL_MEM_READ_WRITE, size);
+  const cl::CommandQueue& queue = device_->openCl().solve_queue;
   // Pages that were never written may all be one and the same page of zeros.
   queue.enqueueFillBuffer(from, 1.0F, 0, size);
   queue.enqueueFillBuffer(to, 1.0F, 0, size);

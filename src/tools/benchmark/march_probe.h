@@ -2,8 +2,7 @@
 
 #include <memory>
 
-#include "xray_registration/drr/device.h"
-#include "xray_registration/drr/resident_volume.h"
+#include "xray_registration/drr/opencl/opencl_volume.h"
 #include "xray_registration/geometry/rigid_transform.h"
 #include "xray_registration/geometry/xray_camera.h"
 
@@ -16,9 +15,9 @@ class MarchProbe {
   /// Compiles. @throws DeviceError.
   explicit MarchProbe(std::shared_ptr<Device> device);
 
-  /// Plans the march of an image of `camera` through `level`, as the engine does. The level must live on.
-  void plan(const ResidentLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct,
-            const Eigen::Vector3d& centre_ct_mm);
+  /// Plans the march of an image of `camera` through the finest level of the engine's CT, as the engine does. The CT
+  /// must stay. @throws std::invalid_argument when the engine holds no CT on an OpenCL device.
+  void plan(const Engine& engine, const XrayCamera& camera, const RigidTransform& T_camera_ct);
 
   /// March samples of the planned image: pixels of each tile times the slices between the first and the last brick of
   /// its frustum that holds tissue, summed. Slices outside are air and are not marched.
@@ -39,7 +38,7 @@ class MarchProbe {
   cl::Program program_;
   cl::Kernel plan_, loads_only_, copy_;
   std::size_t items_per_tile_ = 64;
-  const ResidentLevel* level_ = nullptr;
+  const OpenClLevel* level_ = nullptr;
   int tiles_x_ = 0;
   int tiles_ = 0;
   cl::Buffer poses_, plans_, out_;

@@ -65,7 +65,7 @@ Ceiling measureCeiling(const std::shared_ptr<Device>& device, int rounds, bool q
   std::vector<Subject> subjects;
   for (const int n : {128, 256}) {
     const AttenuationVolume volume = headScene(n);
-    auto engine = std::make_shared<Engine>(device);
+    const std::shared_ptr<Engine> engine = makeEngineOpenCl(device);
     engine->setVolume(volume);
     for (const char axis : {'z', 'x'}) {
       subjects.push_back({n, axis, std::make_unique<FastStep>(engine, fastScene(volume.grid, n, axis)), {}});

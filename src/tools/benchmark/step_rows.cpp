@@ -65,7 +65,7 @@ std::vector<BenchmarkRow> measureSteps(const std::shared_ptr<Device>& device, in
   PaperStepper cpp(small, makePaperEngineCpp());
   PaperStepper opencl(small, makePaperEngineOpenCl(device));
   const auto engineOf = [&device](const StepScene& scene) {
-    auto engine = std::make_shared<Engine>(device);
+    const std::shared_ptr<Engine> engine = makeEngineOpenCl(device);
     engine->setVolume(scene.volume);
     return engine;
   };
@@ -84,18 +84,18 @@ std::vector<BenchmarkRow> measureSteps(const std::shared_ptr<Device>& device, in
 std::vector<BenchmarkRow> measureDrr(const std::shared_ptr<Device>& device, int rounds) {
   const AttenuationVolume volume = headScene(256);
   const PaperGeometry geometry = benchmarkGeometry(volume.grid, 200);
-  Engine fast(device);
-  fast.setVolume(volume);
+  const std::unique_ptr<Engine> fast = makeEngineOpenCl(device);
+  fast->setVolume(volume);
   const auto paper = makePaperEngineOpenCl(device);
   paper->setVolume(volume);
   paper->setTarget(FloatImage(200, 200), {}, {});
   const PaperRays rays = paperRays(volume.grid, geometry.camera, geometry.T_camera_ct, 3 * 256, true);
   MarchProbe probe(device);
-  probe.plan(fast.volume().levels().front(), geometry.camera, geometry.T_camera_ct, fast.volume().centreCt());
+  probe.plan(*fast, geometry.camera, geometry.T_camera_ct);
   std::vector<double> kernel_ms;
   const auto renderFast = [&] {
-    fast.render(geometry.camera, 0, geometry.T_camera_ct);
-    const Engine::KernelTimes times = fast.lastKernelTimes();
+    fast->render(geometry.camera, 0, geometry.T_camera_ct);
+    const Engine::KernelTimes times = fast->lastKernelTimes();
     kernel_ms.push_back(times.plan_ms + times.march_ms);
   };
   const auto renderPaper = [&] {
@@ -115,13 +115,12 @@ std::vector<BenchmarkRow> measureDrr(const std::shared_ptr<Device>& device, int 
 
 std::vector<BenchmarkRow> measureUpload(const std::shared_ptr<Device>& device, int rounds) {
   const AttenuationVolume volume = headScene(256);
-  Engine engine(device);
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device);
   return measureInTurns("upload",
                         {{"upload/256",
                           [&] {
-                            engine.setVolume(volume);
-                            device->uploadQueue().finish();
-                            device->solveQueue().finish();
+                            engine->setVolume(volume);
+                            device->finish();
                           },
                           0.0, "pyramid, packing and transfer"}},
                         rounds);
@@ -134,10 +133,10 @@ BenchmarkRow measureMemory(const std::shared_ptr<Device>& device) {
   volume.grid.size.setConstant(512);
   volume.scale_per_mm = 1e-5F;
   volume.values.assign(volume.grid.voxelCount(), 2000);
-  Engine engine(device);
-  std::vector<double> times = {millisecondsOf([&] { engine.setVolume(volume); })};
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device);
+  std::vector<double> times = {millisecondsOf([&] { engine->setVolume(volume); })};
   BenchmarkRow row = rowOf("memory/512", times);
-  row.bytes = static_cast<double>(engine.volume().bytes());
+  row.bytes = static_cast<double>(engine->volume().bytes());
   const double ratio = *row.bytes / (2.0 * static_cast<double>(volume.values.size()));
   char note[96];
   std::snprintf(note, sizeof note, "%.0f MiB, %.2f times the CT's 16-bit size; the time is one upload",

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "xray_registration/drr/opencl.h"
+#include "xray_registration/drr/opencl/opencl.h"
 
 namespace xray_registration {
 

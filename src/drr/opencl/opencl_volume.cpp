@@ -1,9 +1,10 @@
-#include "xray_registration/drr/resident_volume.h"
+#include "xray_registration/drr/opencl/opencl_volume.h"
 
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <utility>
 
+#include "drr/opencl/guarded.h"
 #include "xray_registration/drr/opencl/layout.h"
 #include "xray_registration/volume/volume_pyramid.h"
 
@@ -102,22 +103,23 @@ std::size_t wordCount(const Eigen::Vector3i& padded) {
          static_cast<std::size_t>(padded.z());
 }
 
-ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume, const VolumeLimits& limits) {
+OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
   const Box box = tissueBox(volume);
   const Eigen::Vector3i padded = box.size + Eigen::Vector3i::Constant(2 * kPadding);
   const Eigen::Vector3i bricks = (padded + Eigen::Vector3i::Constant(kBrick - 1)) / kBrick;
-  checkFits(padded, limits, device->name());
-  ResidentLevel level;
+  checkFits(padded, limits, device.name());
+  const OpenClDevice& opencl = device.openCl();
+  OpenClLevel level;
   level.bytes = wordCount(padded) * sizeof(cl_uint);
-  level.words = cl::Buffer(device->context(), CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR, level.bytes);
+  level.words = cl::Buffer(opencl.context, CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR, level.bytes);
   auto* words =
-      static_cast<cl_uint*>(device->uploadQueue().enqueueMapBuffer(level.words, CL_TRUE, CL_MAP_WRITE, 0, level.bytes));
+      static_cast<cl_uint*>(opencl.upload_queue.enqueueMapBuffer(level.words, CL_TRUE, CL_MAP_WRITE, 0, level.bytes));
   packWords(volume, box, padded, words);
   const std::vector<cl_uchar> occupied = occupancyOf(words, padded, bricks);
-  device->uploadQueue().enqueueUnmapMemObject(level.words, words);
-  level.occupancy = cl::Buffer(device->context(), CL_MEM_READ_ONLY, occupied.size());
-  device->uploadQueue().enqueueWriteBuffer(level.occupancy, CL_TRUE, 0, occupied.size(), occupied.data());
-  device->uploadQueue().finish();
+  opencl.upload_queue.enqueueUnmapMemObject(level.words, words);
+  level.occupancy = cl::Buffer(opencl.context, CL_MEM_READ_ONLY, occupied.size());
+  opencl.upload_queue.enqueueWriteBuffer(level.occupancy, CL_TRUE, 0, occupied.size(), occupied.data());
+  opencl.upload_queue.finish();
   level.bytes += occupied.size();
 
   for (int axis = 0; axis < 3; ++axis) {
@@ -136,70 +138,18 @@ ResidentLevel makeLevel(Device* device, const AttenuationVolume& volume, const V
 
 }  // namespace
 
-VolumeLimits volumeLimits(const Device& device) {
-  VolumeLimits limits;
-  limits.buffer_bytes = device.maxAllocationBytes();
-  limits.memory_bytes = device.globalMemoryBytes();
-  return limits;
-}
+OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume)
+    : OpenClVolume(device, volume, volumeLimits(device)) {}
 
-std::size_t residentVoxelBytes(const VolumeLimits& limits) {
-  const double one_buffer = 0.45 * static_cast<double>(limits.buffer_bytes);
-  const double all_levels = 0.5 * static_cast<double>(limits.memory_bytes) / 2.5;
-  const double indices = 0.9 * static_cast<double>(limits.words) * sizeof(std::uint16_t);
-  return static_cast<std::size_t>(std::min({one_buffer, all_levels, indices}));
-}
-
-std::size_t residentVoxelBytes(const Device& device) { return residentVoxelBytes(volumeLimits(device)); }
-
-void checkFits(const Eigen::Vector3i& padded, const VolumeLimits& limits, const std::string& device_name) {
-  const std::size_t words = wordCount(padded);
-  const std::string size =
-      std::to_string(padded.x()) + "x" + std::to_string(padded.y()) + "x" + std::to_string(padded.z());
-  if (words > limits.words) {
-    throw DeviceError("the CT has " + std::to_string(words) + " voxels with the air around it (" + size +
-                          "), but the kernels number at most " + std::to_string(limits.words) +
-                          "; resample the CT to larger voxels",
-                      0);
-  }
-  const std::size_t bytes = words * sizeof(cl_uint);
-  if (bytes > limits.buffer_bytes) {
-    throw DeviceError("the CT needs " + std::to_string(bytes >> 20U) + " MiB in one buffer (" + size + "), but '" +
-                          device_name + "' admits " + std::to_string(limits.buffer_bytes >> 20U) +
-                          " MiB; resample the CT to larger voxels",
-                      0);
-  }
-}
-
-ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume)
-    : ResidentVolume(device, volume, volumeLimits(*device)) {}
-
-ResidentVolume::ResidentVolume(Device* device, const AttenuationVolume& volume, const VolumeLimits& limits) {
-  centre_ct_ = anatomicalCentreCt(volume);
-  try {
+OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
+  guarded(device.name(), "placing the CT", [&] {
     levels_.push_back(makeLevel(device, volume, limits));
     for (const AttenuationVolume& level : coarserLevels(volume)) levels_.push_back(makeLevel(device, level, limits));
-  } catch (const cl::Error& error) {
-    throw DeviceError("the CT cannot be placed on '" + device->name() + "': " + error.what() + " failed with code " +
-                          std::to_string(error.err()),
-                      error.err());
-  }
-  const Box box = tissueBox(volume);
-  radius_mm_ = 0.5 * (box.size.cast<double>().cwiseProduct(volume.grid.spacing_mm)).norm();
-}
-
-int ResidentVolume::levelFor(double pixel_mm) const {
-  int chosen = 0;
-  for (int level = 0; level < static_cast<int>(levels_.size()); ++level) {
-    if (levels_[static_cast<std::size_t>(level)].spacing_mm <= 1.25 * pixel_mm) chosen = level;
-  }
-  return chosen;
-}
-
-std::size_t ResidentVolume::bytes() const {
-  std::size_t total = 0;
-  for (const ResidentLevel& level : levels_) total += level.bytes;
-  return total;
+  });
+  std::vector<ResidentVolume::Level> seen;
+  for (const OpenClLevel& level : levels_) seen.push_back({level.spacing_mm, level.bytes});
+  const double radius_mm = 0.5 * tissueBox(volume).size.cast<double>().cwiseProduct(volume.grid.spacing_mm).norm();
+  description_ = ResidentVolume(std::move(seen), anatomicalCentreCt(volume), radius_mm);
 }
 
 }  // namespace xray_registration

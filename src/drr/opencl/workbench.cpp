@@ -1,0 +1,49 @@
+#include "drr/opencl/workbench.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "drr/opencl/guarded.h"
+#include "xray_registration/drr/opencl/fast_program.h"
+
+namespace xray_registration {
+
+Workbench::Workbench(std::shared_ptr<Device> device) : device_(std::move(device)) { kernels(); }
+
+FastKernels& Workbench::kernels(int split) {
+  const auto found = kernels_.find(split);
+  if (found != kernels_.end()) return found->second;
+  return guarded(device_->name(), "compiling the kernels", [&]() -> FastKernels& {
+    FastKernels k;
+    const MarchShape shape{device_->isGpu() || split > 1 ? 1 : layout::kRays, split};
+    k.items_per_tile = shape.itemsPerTile();
+    k.program = device_->openCl().build(fastSource(), fastOptions(shape));
+    k.plan = cl::Kernel(k.program, "plan");
+    k.render = cl::Kernel(k.program, "render");
+    k.render_derivatives = cl::Kernel(k.program, "render_derivatives");
+    for (const SimilarityKind& kind : kSimilarities) k.sums.emplace_back(k.program, kind.sums);
+    k.windows = cl::Kernel(k.program, "windows");
+    k.halve_xray = cl::Kernel(k.program, "halve_xray");
+    k.used_tiles = cl::Kernel(k.program, "used_tiles");
+    k.unexplained = cl::Kernel(k.program, "unexplained");
+    k.apply_map = cl::Kernel(k.program, "apply_map");
+    return kernels_.emplace(split, std::move(k)).first->second;
+  });
+}
+
+cl::Buffer Workbench::newBuffer(std::size_t bytes) {
+  ++work_.buffers;
+  return cl::Buffer(device_->openCl().context, CL_MEM_READ_WRITE, bytes);
+}
+
+const cl::Buffer& GrowingBuffer::atLeast(std::size_t bytes, Workbench* bench) {
+  if (bytes_ < bytes) {
+    // What grows once, grows again: the size of a crop follows the pose.
+    bytes_ = std::max(bytes, bytes_ + bytes_ / 4);
+    buffer_ = cl::Buffer();  // The old one is released before the new one is made.
+    buffer_ = bench->newBuffer(bytes_);
+  }
+  return buffer_;
+}
+
+}  // namespace xray_registration

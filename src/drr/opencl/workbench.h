@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "xray_registration/drr/engine.h"
+#include "xray_registration/drr/opencl/launch.h"
+#include "xray_registration/drr/opencl/layout.h"
+#include "xray_registration/drr/opencl/opencl_device.h"
+
+namespace xray_registration {
+
+/// The fast method's kernels, compiled for one way of sharing rays.
+struct FastKernels {
+  cl::Program program;
+  std::size_t items_per_tile = layout::kRays;
+  cl::Kernel plan, render, render_derivatives, windows, halve_xray, used_tiles, unexplained, apply_map;
+  std::vector<cl::Kernel> sums;  ///< One for each similarity.
+};
+
+/// An engine's device, kernels and queue; keeps the books of what was asked of them. Not thread-safe.
+class Workbench {
+ public:
+  /// Compiles for rays that are not shared. @throws DeviceError.
+  explicit Workbench(std::shared_ptr<Device> device);
+
+  const Device& device() const { return *device_; }
+  const cl::CommandQueue& queue() const { return device_->openCl().solve_queue; }
+  const EngineWork& work() const { return work_; }
+
+  /// Compiled when first asked for; `split` work-items share a ray.
+  FastKernels& kernels(int split = 1);
+
+  cl::Buffer newBuffer(std::size_t bytes);
+
+  template <typename... Arguments>
+  void run(cl::Kernel* kernel, const LaunchRange& range, const Arguments&... arguments) {
+    ++work_.launches;
+    launch(queue(), kernel, range, arguments...);
+  }
+
+  void countHalving() { ++work_.halvings; }
+
+ private:
+  std::shared_ptr<Device> device_;
+  std::map<int, FastKernels> kernels_;
+  EngineWork work_;
+};
+
+/// At least `items` work-items of a kernel that does not march.
+inline LaunchRange perItem(int items) { return atLeast(static_cast<std::size_t>(items), layout::kRays); }
+
+/// A buffer that is made anew only when it is too small.
+class GrowingBuffer {
+ public:
+  const cl::Buffer& atLeast(std::size_t bytes, Workbench* bench);
+  const cl::Buffer& get() const { return buffer_; }
+
+ private:
+  cl::Buffer buffer_;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace xray_registration
