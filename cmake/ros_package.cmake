@@ -29,5 +29,6 @@ catkin_package(
 # A devel space inside the package, as in a plain checkout, needs help with rosrun; a workspace's does not.
 string(FIND "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_SOURCE_DIR}/build/" devel_inside_package)
 if(devel_inside_package EQUAL 0)
-  catkin_add_env_hooks(99.xray_registration SHELLS sh DIRECTORY cmake/env-hooks SKIP_INSTALL)
+  catkin_add_env_hooks(99.xray_registration SHELLS sh DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/cmake/env-hooks
+                       SKIP_INSTALL)
 endif()
