@@ -1,5 +1,8 @@
 # The tool `evaluate` as a user runs it: on a simulated session always, on the recorded ones when XRAY_REGISTRATION_DATA
 # names their folder (else the test counts as skipped and says why).
+if(NOT TARGET evaluate)
+  return()
+endif()
 foreach(kind simulated recorded)
   set(work ${CMAKE_CURRENT_BINARY_DIR}/test_work/evaluate_${kind})
   add_test(NAME tools.evaluate_${kind}

@@ -65,13 +65,18 @@ if(XRAY_REGISTRATION_ROS)
   add_custom_target(plot_results ALL DEPENDS ${plot_results})
   install(PROGRAMS scripts/plot_results DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
-  file(GLOB evaluate_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate/*.cpp)
-  xray_tool(evaluate ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate.cpp ${evaluate_sources})
-  add_dependencies(evaluate plot_results)
+  # What measures speed and accuracy takes minutes, and says nothing about memory and threads that the tests do not.
+  if(NOT XRAY_REGISTRATION_SANITIZE)
+    file(GLOB evaluate_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate/*.cpp)
+    xray_tool(evaluate ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/evaluate.cpp ${evaluate_sources})
+    add_dependencies(evaluate plot_results)
+  endif()
 endif()
 
 # The benchmark is in every build; in the compute-only one it needs the headers of CLI11 and nlohmann-json alone.
-if(CLI11_FOUND AND nlohmann_json_FOUND)
+if(XRAY_REGISTRATION_SANITIZE)
+  message(STATUS "benchmark: a build with sanitizers leaves it out")
+elseif(CLI11_FOUND AND nlohmann_json_FOUND)
   set(benchmark ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark)
   # What the kernels' own benchmark uses too.
   set(benchmark_scenes ${benchmark}/fast_step.cpp ${benchmark}/march_probe.cpp ${benchmark}/scenes.cpp)

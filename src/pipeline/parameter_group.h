@@ -92,12 +92,13 @@ class ParameterGroup {
   }
 
   void refuseUnknown() const {
-    for (const auto& [name, value] : unknown()) {
-      std::string allowed;
-      for (const std::string& other : known_) allowed += (allowed.empty() ? "" : ", ") + other;
-      throw ParameterError("parameter " + name + " ('" + value + "') is not known; allowed below " + prefix_ + ": " +
-                           allowed);
-    }
+    const auto unknown_ones = unknown();
+    if (unknown_ones.empty()) return;
+    const auto& [name, value] = *unknown_ones.begin();
+    std::string allowed;
+    for (const std::string& other : known_) allowed += (allowed.empty() ? "" : ", ") + other;
+    throw ParameterError("parameter " + name + " ('" + value + "') is not known; allowed below " + prefix_ + ": " +
+                         allowed);
   }
 
   [[noreturn]] void fail(const std::string& name, const std::string& value, const std::string& allowed) const {

@@ -155,6 +155,7 @@ DicomStack stackedSlices(std::vector<DicomSlice> slices, const std::string& wher
     return std::make_pair(place(a), a.path) < std::make_pair(place(b), b.path);
   });
   std::vector<double> places;
+  places.reserve(slices.size());
   for (const DicomSlice& slice : slices) places.push_back(place(slice));
   checkGaps(slices, places, where);
   checkEven(slices, places, where);

@@ -23,7 +23,7 @@ bool isBelow(const fs::path& path, const fs::path& directory) {
 
 fs::path resolved(const fs::path& path) {
   std::error_code error;
-  const fs::path result = fs::weakly_canonical(path, error);
+  fs::path result = fs::weakly_canonical(path, error);
   if (error) refuse(path, "it cannot be resolved: " + error.message());
   return result;
 }
