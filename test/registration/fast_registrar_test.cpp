@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <random>
 
@@ -526,6 +527,21 @@ TEST_F(FastRegistrarTest, TheStepBudgetBoundsAllWorkOfAFrame) {
   ASSERT_TRUE(registrar_->setOptions({}));
   ASSERT_TRUE(registrar_->registerFrame({*view_}, coldStart(), false).accepted);
   EXPECT_LE(registrar_->registerFrame({*view_}, nearStart(), true).iterations, 10);
+}
+
+TEST_F(FastRegistrarTest, ATrackedFrameMakesNoBufferAndEachLevelOnce) {
+  ASSERT_TRUE(registrar_->registerFrame({*view_}, nearStart(), false).accepted);
+  ASSERT_TRUE(registrar_->registerFrame({*view_}, nearStart(), true).accepted);
+  const EngineWork before = registrar_->engine().work();
+  const RegistrationResult result = registrar_->registerFrame({*view_}, nearStart(), true);
+  const EngineWork after = registrar_->engine().work();
+  EXPECT_EQ(after.buffers, before.buffers);
+  EXPECT_EQ(after.halvings, before.halvings + 1);  // It uses the two finest levels.
+  const std::size_t launches = after.launches - before.launches;
+  std::printf("a tracked frame: %zu launches for %d evaluations\n", launches, result.iterations);
+  // Three an evaluation (plan, march, windows); besides them the weights, a halving, and what tiles there are on each
+  // of two levels.
+  EXPECT_LE(launches, 3U * static_cast<std::size_t>(result.iterations) + 5U);
 }
 
 TEST_F(FastRegistrarTest, WithoutWhatAColdStartFoundTheNextFrameIsOne) {
