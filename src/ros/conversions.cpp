@@ -59,7 +59,8 @@ FloatImage readPixels(const sensor_msgs::Image& message) {
   return image;
 }
 
-sensor_msgs::Image emptyMessage(const FloatImage& image, const std::string& encoding, std::size_t bytes_per_pixel) {
+template <typename Pixel>
+sensor_msgs::Image emptyMessage(const Image<Pixel>& image, const std::string& encoding, std::size_t bytes_per_pixel) {
   sensor_msgs::Image message;
   message.width = static_cast<std::uint32_t>(image.width);
   message.height = static_cast<std::uint32_t>(image.height);
@@ -157,6 +158,12 @@ sensor_msgs::Image toDisplayMessage(const FloatImage& image) {
   const float scale = *high > *low ? 255.0F / (*high - *low) : 0.0F;
   std::transform(image.pixels.begin(), image.pixels.end(), message.data.begin(),
                  [&](float value) { return static_cast<std::uint8_t>(std::lround((value - offset) * scale)); });
+  return message;
+}
+
+sensor_msgs::Image toColourMessage(const RgbImage& image) {
+  sensor_msgs::Image message = emptyMessage(image, encodings::RGB8, sizeof(Rgb));
+  if (!image.empty()) std::memcpy(message.data.data(), image.pixels.data(), message.data.size());
   return message;
 }
 

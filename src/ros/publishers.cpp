@@ -4,7 +4,6 @@
 #include <geometry_msgs/TransformStamped.h>
 
 #include "xray_registration/ros/conversions.h"
-#include "xray_registration/ros/overlay.h"
 #include "xray_registration/ros/surface_marker.h"
 
 namespace xray_registration {
@@ -54,8 +53,8 @@ void Publishers::drr(std::size_t view, const std_msgs::Header& header, const Flo
 
 void Publishers::overlay(std::size_t view, const std_msgs::Header& header, const XrayFrame& xray, const FloatImage& drr,
                          bool accepted) const {
-  sensor_msgs::Image message =
-      drawOverlay(xray.attenuation, xray.mask, drr, accepted ? OverlayColour::kAccepted : OverlayColour::kRefused);
+  const OverlayColour colour = accepted ? OverlayColour::kAccepted : OverlayColour::kRefused;
+  sensor_msgs::Image message = toColourMessage(drawOverlay(xray.attenuation, xray.mask, drr, colour));
   message.header = header;
   overlay_[view].publish(message);
 }

@@ -128,7 +128,7 @@ void RegistrationNode::subscribe() {
 }
 
 void RegistrationNode::followClock() {
-  if (!clock_.wentBack(ros::Time::now())) return;
+  if (!clock_.wentBack(sinceZero(ros::Time::now()))) return;
   worker_->restart("the clock went back");
   synchroniser_.clear();
   resubscribe_ = true;

@@ -8,6 +8,7 @@
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/status_message.h"
 #include "xray_registration/ros/surface_marker.h"
+#include "xray_registration/volume/reduced_volume.h"
 
 namespace xray_registration {
 
@@ -215,12 +216,12 @@ void RegistrationWorker::sayUnregistered(const std_msgs::Header& header, const s
   outcome.result.reason = reason;
   RegistrationStatus message = statusMessage(outcome, header);
   message.latency = latencyOf(header);
-  statistics_->fill(&message);
+  setNodeFields(statistics_->snapshot(), &message);
   publishers_->status(message);
 }
 
 std::string RegistrationWorker::stampProblem(const std_msgs::Header& header) {
-  switch (stamps_.judge(header.stamp)) {
+  switch (stamps_.judge(sinceZero(header.stamp))) {
     case StampVerdict::kNext:
       break;
     case StampVerdict::kNone:
@@ -231,7 +232,7 @@ std::string RegistrationWorker::stampProblem(const std_msgs::Header& header) {
       return "the image is older than the last one";
     case StampVerdict::kRecordingAgain:
       restartNow("the images' stamps went back");
-      stamps_.judge(header.stamp);
+      stamps_.judge(sinceZero(header.stamp));
       break;
     case StampVerdict::kClockSetBack:
       log(logger_, LogLevel::kWarning, "the images' stamps went back: the clock was corrected, the pose is kept");
@@ -347,7 +348,7 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
   } else {
     statistics_->frameRefused(result.reason);
   }
-  statistics_->fill(&message);
+  setNodeFields(statistics_->snapshot(), &message);
   publishers_->status(message);
   publishPictures(frame, outcome);
 }

@@ -42,4 +42,15 @@ RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::He
   return message;
 }
 
+void setNodeFields(const NodeStatistics::Snapshot& values, RegistrationStatus* message) {
+  message->state = toMessageState(values.state);
+  message->frames_received = values.received;
+  message->frames_registered = values.registered;
+  message->frames_accepted = values.accepted;
+  message->frames_dropped = values.dropped;
+  message->frames_refused = values.refused;
+  message->device = values.device;
+  message->ct = values.ct;
+}
+
 }  // namespace xray_registration

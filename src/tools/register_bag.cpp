@@ -19,7 +19,6 @@
 #include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/ros/conversions.h"
-#include "xray_registration/ros/overlay.h"
 #include "xray_registration/ros/status_message.h"
 
 namespace {
@@ -121,7 +120,7 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
     const std::string& name = session.views()[i].name;
     const auto colour = outcome.result.accepted ? OverlayColour::kAccepted : OverlayColour::kRefused;
     writePng(arguments.overlay + "/" + (name.empty() ? "" : name + "_") + number + ".png",
-             drawOverlay(view.xray->attenuation, view.xray->mask, drr, colour));
+             toColourMessage(drawOverlay(view.xray->attenuation, view.xray->mask, drr, colour)));
   }
 }
 

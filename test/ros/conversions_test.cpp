@@ -185,5 +185,24 @@ TEST(ImageMessages, KeepValues) {
   EXPECT_EQ(toDisplayMessage(FloatImage(2, 1, 5.0F)).data, (std::vector<std::uint8_t>{0, 0}));
 }
 
+TEST(ToColourMessage, IsRgb8RowByRow) {
+  RgbImage image(3, 2);
+  image.at(2, 1) = {1, 2, 3};
+  image.at(0, 0) = {4, 5, 6};
+  const sensor_msgs::Image colour = toColourMessage(image);
+  EXPECT_EQ(colour.encoding, "rgb8");
+  EXPECT_EQ(colour.width, 3U);
+  EXPECT_EQ(colour.height, 2U);
+  EXPECT_EQ(colour.step, 9U);
+  ASSERT_EQ(colour.data.size(), 18U);
+  EXPECT_EQ(colour.data[0], 4);
+  EXPECT_EQ(colour.data[17], 3);
+}
+
+TEST(SinceZero, IsExact) {
+  EXPECT_EQ(sinceZero(ros::Time(4294967295U, 999999999U)).count(), 4294967295999999999LL);
+  EXPECT_EQ(sinceZero(ros::Time()).count(), 0);
+}
+
 }  // namespace
 }  // namespace xray_registration

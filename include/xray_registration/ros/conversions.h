@@ -3,16 +3,24 @@
 #include <geometry_msgs/Pose.h>
 #include <geometry_msgs/PoseWithCovariance.h>
 #include <geometry_msgs/Transform.h>
+#include <ros/time.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
+#include <chrono>
 #include <string>
 
 #include "xray_registration/geometry/rigid_transform.h"
 #include "xray_registration/image/raw_image.h"
 #include "xray_registration/image/xray_frame.h"
+#include "xray_registration/pipeline/overlay.h"
 
 namespace xray_registration {
+
+/// A time as the rooms below know it.
+inline std::chrono::nanoseconds sinceZero(const ros::Time& time) {
+  return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nsec);
+}
 
 /// Reads mono8, mono16, 8UC1, 16UC1 and 32FC1 of either endianness and any row step.
 /// @throws FrameError for any other encoding, a zero size, a row step shorter than a row, or too little data.
@@ -26,6 +34,9 @@ sensor_msgs::Image toFloatMessage(const FloatImage& image);
 
 /// The same as mono8 for display: the image's smallest value becomes 0 and its largest 255; a constant image is black.
 sensor_msgs::Image toDisplayMessage(const FloatImage& image);
+
+/// A picture in colour as rgb8.
+sensor_msgs::Image toColourMessage(const RgbImage& image);
 
 /// Millimetres ↔ metres. `what` names the pose in the message of the exception.
 /// @throws std::invalid_argument when a number is not finite or the quaternion's length differs from 1 by more than 1

@@ -21,8 +21,8 @@
 #include "xray_registration/SetInitialPose.h"
 #include "xray_registration/SolverConfig.h"
 #include "xray_registration/TrackingConfig.h"
+#include "xray_registration/pipeline/clock_watch.h"
 #include "xray_registration/pipeline/parameters.h"
-#include "xray_registration/ros/clock_watch.h"
 #include "xray_registration/ros/registration_worker.h"
 #include "xray_registration/ros/view_synchroniser.h"
 

@@ -8,11 +8,11 @@
 #include <thread>
 
 #include "xray_registration/pipeline/frame_mailbox.h"
+#include "xray_registration/pipeline/initial_pose_scope.h"
+#include "xray_registration/pipeline/node_statistics.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
-#include "xray_registration/ros/initial_pose_scope.h"
-#include "xray_registration/ros/node_statistics.h"
+#include "xray_registration/pipeline/stamp_order.h"
 #include "xray_registration/ros/publishers.h"
-#include "xray_registration/ros/stamp_order.h"
 #include "xray_registration/ros/transforms.h"
 #include "xray_registration/ros/view_synchroniser.h"
 

@@ -3,6 +3,7 @@
 #include <std_msgs/Header.h>
 #include <xray_registration/RegistrationStatus.h>
 
+#include "xray_registration/pipeline/node_statistics.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
 
 namespace xray_registration {
@@ -13,5 +14,8 @@ std::uint8_t toMessageState(TrackingState state);
 /// What became of a frame, as a message: all that the outcome tells. Left to the caller: latency, counts, and the names
 /// of device and CT.
 RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::Header& header);
+
+/// State, counters, device and CT of the node; the frame's own fields are left alone.
+void setNodeFields(const NodeStatistics::Snapshot& values, RegistrationStatus* message);
 
 }  // namespace xray_registration

@@ -1,10 +1,15 @@
 #pragma once
 
-#include <sensor_msgs/Image.h>
+#include <array>
+#include <cstdint>
 
 #include "xray_registration/image/image.h"
 
 namespace xray_registration {
+
+/// Red, green, blue.
+using Rgb = std::array<std::uint8_t, 3>;
+using RgbImage = Image<Rgb>;
 
 /// What the edges are drawn in.
 enum class OverlayColour {
@@ -13,9 +18,8 @@ enum class OverlayColour {
 };
 
 /// The X-ray in grey (bones bright) with the DRR's edges in colour; pixels that the mask leaves out are tinted blue (an
-/// empty mask leaves out none). An empty DRR draws no edges. rgb8, no header.
+/// empty mask leaves out none). An empty DRR draws no edges.
 /// @throws std::invalid_argument when the images' sizes differ.
-sensor_msgs::Image drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const FloatImage& drr,
-                               OverlayColour colour);
+RgbImage drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const FloatImage& drr, OverlayColour colour);
 
 }  // namespace xray_registration

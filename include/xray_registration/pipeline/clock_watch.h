@@ -1,6 +1,6 @@
 #pragma once
 
-#include <ros/time.h>
+#include <chrono>
 
 namespace xray_registration {
 
@@ -10,22 +10,22 @@ class ClockWatch {
  public:
   /// A recording that starts again goes back by more. What is less is a clock that wavers: /clock comes at 10 Hz or
   /// faster, and two sources of it may lie a period apart.
-  static constexpr double kToleranceSeconds = 0.1;
+  static constexpr std::chrono::milliseconds kTolerance{100};
 
-  /// `simulated`: ros::Time::isSimTime().
+  /// `simulated`: the clock is that of a recording or a simulation.
   explicit ClockWatch(bool simulated) : simulated_(simulated) {}
 
   /// To be told of every now that is seen; true once for each step back.
-  bool wentBack(const ros::Time& now) {
+  bool wentBack(std::chrono::nanoseconds now) {
     // From the latest time of all, so that small steps add up.
-    const bool back = simulated_ && now.toSec() < latest_.toSec() - kToleranceSeconds;
+    const bool back = simulated_ && now < latest_ - kTolerance;
     if (back || now > latest_) latest_ = now;
     return back;
   }
 
  private:
   bool simulated_;
-  ros::Time latest_;
+  std::chrono::nanoseconds latest_{0};
 };
 
 }  // namespace xray_registration

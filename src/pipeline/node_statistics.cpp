@@ -1,8 +1,6 @@
-#include "xray_registration/ros/node_statistics.h"
+#include "xray_registration/pipeline/node_statistics.h"
 
 #include <algorithm>
-
-#include "xray_registration/ros/status_message.h"
 
 namespace xray_registration {
 
@@ -80,18 +78,6 @@ NodeStatistics::Snapshot NodeStatistics::snapshot() const {
   }
   result.rate_hz = count / std::chrono::duration<double>(kWindow).count();
   return result;
-}
-
-void NodeStatistics::fill(RegistrationStatus* message) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  message->state = toMessageState(values_.state);
-  message->frames_received = values_.received;
-  message->frames_registered = values_.registered;
-  message->frames_accepted = values_.accepted;
-  message->frames_dropped = values_.dropped;
-  message->frames_refused = values_.refused;
-  message->device = values_.device;
-  message->ct = values_.ct;
 }
 
 }  // namespace xray_registration

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <ros/time.h>
+#include <chrono>
 
 namespace xray_registration {
 
@@ -18,27 +18,28 @@ enum class StampVerdict {
 class StampOrder {
  public:
   /// A single image is never so late; a recording that starts again goes back by more.
-  static constexpr double kLateSeconds = 1.0;
+  static constexpr std::chrono::seconds kLate{1};
 
-  /// `simulated`: ros::Time::isSimTime().
+  /// `simulated`: stamps are of a recording or a simulation, not of the wall's clock.
   explicit StampOrder(bool simulated) : simulated_(simulated) {}
 
-  StampVerdict judge(const ros::Time& stamp) {
-    if (stamp.isZero()) return StampVerdict::kNone;
+  /// `stamp`: since the clock's own zero.
+  StampVerdict judge(std::chrono::nanoseconds stamp) {
+    if (stamp == std::chrono::nanoseconds::zero()) return StampVerdict::kNone;
     if (stamp == last_) return StampVerdict::kRepeated;
-    const double back_s = last_.toSec() - stamp.toSec();
-    if (back_s > 0.0 && back_s < kLateSeconds) return StampVerdict::kLate;
+    const bool back = stamp < last_;
+    if (back && last_ - stamp < kLate) return StampVerdict::kLate;
     last_ = stamp;
-    if (back_s <= 0.0) return StampVerdict::kNext;
+    if (!back) return StampVerdict::kNext;
     return simulated_ ? StampVerdict::kRecordingAgain : StampVerdict::kClockSetBack;
   }
 
   /// Whatever comes next is the first.
-  void forget() { last_ = ros::Time(); }
+  void forget() { last_ = std::chrono::nanoseconds::zero(); }
 
  private:
   bool simulated_;
-  ros::Time last_;
+  std::chrono::nanoseconds last_{0};
 };
 
 }  // namespace xray_registration

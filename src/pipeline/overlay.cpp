@@ -1,6 +1,4 @@
-#include "xray_registration/ros/overlay.h"
-
-#include <sensor_msgs/image_encodings.h>
+#include "xray_registration/pipeline/overlay.h"
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -53,21 +51,17 @@ cv::Mat edgesOf(const FloatImage& drr) {
 
 }  // namespace
 
-sensor_msgs::Image drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const FloatImage& drr,
-                               OverlayColour colour) {
+RgbImage drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const FloatImage& drr,
+                     OverlayColour colour) {
   const auto differs = [&](const auto& other) {
     return !other.empty() && (other.width != attenuation.width || other.height != attenuation.height);
   };
   if (attenuation.empty() || differs(mask) || differs(drr)) {
     throw std::invalid_argument("an overlay needs an X-ray, and a mask and a DRR of its size");
   }
-  sensor_msgs::Image message;
-  message.width = static_cast<std::uint32_t>(attenuation.width);
-  message.height = static_cast<std::uint32_t>(attenuation.height);
-  message.encoding = sensor_msgs::image_encodings::RGB8;
-  message.step = message.width * 3;
-  message.data.resize(static_cast<std::size_t>(message.step) * message.height);
-  cv::Mat picture(attenuation.height, attenuation.width, CV_8UC3, message.data.data());
+  static_assert(sizeof(Rgb) == 3, "OpenCV writes into it");
+  RgbImage result(attenuation.width, attenuation.height);
+  cv::Mat picture(attenuation.height, attenuation.width, CV_8UC3, result.pixels.data());
   cv::cvtColor(greyOf(attenuation, mask), picture, cv::COLOR_GRAY2RGB);
   if (!mask.empty()) {
     const cv::Mat left_out = viewOf(mask) == 0;
@@ -78,7 +72,7 @@ sensor_msgs::Image drawOverlay(const FloatImage& attenuation, const MaskImage& m
   if (!drr.empty()) {
     picture.setTo(colour == OverlayColour::kAccepted ? cv::Scalar(40, 255, 80) : cv::Scalar(255, 50, 40), edgesOf(drr));
   }
-  return message;
+  return result;
 }
 
 }  // namespace xray_registration

@@ -1,4 +1,4 @@
-#include "xray_registration/ros/initial_pose_scope.h"
+#include "xray_registration/pipeline/initial_pose_scope.h"
 
 #include <gtest/gtest.h>
 

@@ -6,12 +6,11 @@
 #include <mutex>
 #include <string>
 
-#include "xray_registration/RegistrationStatus.h"
 #include "xray_registration/registration/tracker.h"
 
 namespace xray_registration {
 
-/// What the node has done so far, for ~status and /diagnostics. Thread-safe.
+/// What a live worker has done so far, for status and diagnostics. Thread-safe.
 class NodeStatistics {
  public:
   struct Snapshot {
@@ -45,8 +44,6 @@ class NodeStatistics {
   void setError(const std::string& error);
 
   Snapshot snapshot() const;
-  /// State, counters, device and CT; the frame's own fields are left alone.
-  void fill(RegistrationStatus* message) const;
 
  private:
   using Clock = std::chrono::steady_clock;
