@@ -338,6 +338,26 @@ TEST_F(EngineTest, GradientIsTheObjectivesAndTheMatrixIsPositive) {
   }
 }
 
+TEST_F(EngineTest, SharedRaysChangeOnlyTheSumsRounding) {
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const Scene scene = sceneSeenBy(engine.get());
+  const std::unique_ptr<ResidentXray> xray = engine->upload(kCamera, scene.xray, scene.weight);
+  for (const WindowOptions& options : objectives()) {
+    engine->forceSplit(1);
+    const StepSums whole = engine->evaluate(xray.get(), 0, 0, {scene.pose}, options)[0];
+    for (const int parts : {2, 4}) {
+      engine->forceSplit(parts);
+      const StepSums split = engine->evaluate(xray.get(), 0, 0, {scene.pose}, options)[0];
+      // As the pictures: differences of larger numbers, in another order.
+      EXPECT_NEAR(split.cost, whole.cost, 1e-3 * whole.cost) << nameOf(options) << ", " << parts;
+      for (int i = 0; i < 6; ++i) {
+        EXPECT_NEAR(split.gradient[i], whole.gradient[i], 1e-3 * std::sqrt(whole.matrix(i, i) * whole.cost))
+            << nameOf(options) << ", " << parts;
+      }
+    }
+  }
+}
+
 TEST_F(EngineTest, BatchGivesWhatSinglePosesGive) {
   const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
   const Scene scene = sceneSeenBy(engine.get());

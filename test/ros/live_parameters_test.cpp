@@ -73,6 +73,22 @@ TEST(LiveParameters, EveryFieldIsCarriedBothWays) {
   expectEveryFieldIsCarried<TrackingConfig, TrackerOptions>();
 }
 
+TEST(LiveParameters, EverySimilarityIsOffered) {
+  std::string offered;
+  for (const auto& parameter : SolverConfig::__getParamDescriptions__()) {
+    if (parameter->name == "similarity") offered = parameter->edit_method;
+  }
+  for (const SimilarityKind& kind : kSimilarities) {
+    EXPECT_NE(offered.find("'" + std::string(kind.name) + "'"), std::string::npos) << offered;
+    SolverConfig config = SolverConfig::__getDefault__();
+    config.similarity = kind.name;
+    RegistrarOptions options;
+    apply(config, &options);
+    EXPECT_EQ(options.similarity, kind.similarity);
+    EXPECT_EQ(toConfig(options).similarity, kind.name);
+  }
+}
+
 TEST(LiveParameters, ApplyWhatTheyShow) {
   RegistrarOptions options;
   SolverConfig config = toConfig(options);
