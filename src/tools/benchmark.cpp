@@ -5,7 +5,7 @@
 #include <iostream>
 
 #include "tools/benchmark/growth.h"
-#include "tools/benchmark/paper_tables.h"
+#include "tools/benchmark/paper/paper_tables.h"
 #include "tools/benchmark/registration_rows.h"
 #include "tools/benchmark/report.h"
 #include "tools/benchmark/scenes.h"

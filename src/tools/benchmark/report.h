@@ -7,7 +7,7 @@
 
 #include "tools/benchmark/goals.h"
 #include "tools/benchmark/measure.h"
-#include "tools/benchmark/paper_tables.h"
+#include "tools/benchmark/paper/paper_tables.h"
 #include "tools/benchmark/profile.h"
 
 namespace xray_registration::tools {

@@ -1,4 +1,4 @@
-#include "tools/benchmark/paper_tables.h"
+#include "tools/benchmark/paper/paper_tables.h"
 
 #include <algorithm>
 #include <cmath>

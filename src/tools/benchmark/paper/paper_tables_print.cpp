@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <ostream>
 
-#include "tools/benchmark/paper_tables.h"
+#include "tools/benchmark/paper/paper_tables.h"
 
 namespace xray_registration::tools {
 namespace {
