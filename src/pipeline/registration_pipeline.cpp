@@ -41,10 +41,11 @@ RegistrationPipeline::RegistrationPipeline(NodeParameters parameters, DeviceHost
       device_(std::move(device)),
       body_(parameters_.tracker) {}
 
-RegistrationPipeline::RegistrationPipeline(NodeParameters parameters, Logger logger)
+RegistrationPipeline::RegistrationPipeline(const NodeParameters& parameters, const Logger& logger)
     : RegistrationPipeline(parameters, DeviceHost(parameters.device, parameters.registrar, logger), logger) {}
 
-RegistrationPipeline::RegistrationPipeline(NodeParameters parameters, RegistrarFactory factory, Logger logger)
+RegistrationPipeline::RegistrationPipeline(const NodeParameters& parameters, RegistrarFactory factory,
+                                           const Logger& logger)
     : RegistrationPipeline(parameters, DeviceHost(std::move(factory), parameters.registrar, logger), logger) {}
 
 void RegistrationPipeline::loadCt(const std::string& path, const std::string& series_uid) {

@@ -84,6 +84,7 @@ struct ViewIndex {
 std::vector<ImageEntry> inOrderOfStamps(const std::vector<ImageEntry>& images) {
   // A message instance cannot be assigned, so pointers are sorted and the entries copied in their order.
   std::vector<const ImageEntry*> order;
+  order.reserve(images.size());
   for (const auto& entry : images) order.push_back(&entry);
   std::stable_sort(order.begin(), order.end(),
                    [](const ImageEntry* a, const ImageEntry* b) { return a->stamp < b->stamp; });
@@ -273,7 +274,7 @@ namespace {
 
 /// Adds the poses that a message holds. False when it is of another type.
 bool appendPoses(const rosbag::MessageInstance& message, const std::string& ct_frame, std::vector<StampedPose>* poses) {
-  const std::string topic = message.getTopic();
+  const std::string& topic = message.getTopic();
   const auto append = [poses](const std_msgs::Header& header, const RigidTransform& T_frame_ct) {
     poses->push_back({withoutOuterSlashes(header.frame_id), header.stamp, T_frame_ct});
   };
@@ -305,8 +306,10 @@ std::vector<StampedPose> readPoses(const std::string& bag_path, const std::strin
     } catch (const std::exception& error) {
       throw BagSessionError(bag_path + ": " + error.what());
     }
-    throw BagSessionError(bag_path + ": " + topic + " has type " + message.getDataType() +
-                          ", not geometry_msgs/PoseStamped, PoseWithCovarianceStamped or tf2_msgs/TFMessage");
+    std::string problem = bag_path;
+    problem.append(": ").append(topic).append(" has type ").append(message.getDataType());
+    problem.append(", not geometry_msgs/PoseStamped, PoseWithCovarianceStamped or tf2_msgs/TFMessage");
+    throw BagSessionError(problem);
   }
   if (poses.empty()) throw BagSessionError(bag_path + ": has no pose on " + topic);
   return poses;

@@ -15,7 +15,11 @@ YAML::Node toYaml(XmlRpc::XmlRpcValue value, const std::string& name) {  // By v
   switch (value.getType()) {
     case XmlRpc::XmlRpcValue::TypeStruct:
       node = YAML::Node(YAML::NodeType::Map);
-      for (auto& [key, member] : value) node[key] = toYaml(member, name.empty() ? key : name + "/" + key);
+      for (auto& [key, member] : value) {
+        std::string path = name;
+        if (!path.empty()) path += '/';
+        node[key] = toYaml(member, path += key);
+      }
       return node;
     case XmlRpc::XmlRpcValue::TypeArray:
       node = YAML::Node(YAML::NodeType::Sequence);

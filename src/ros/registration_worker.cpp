@@ -330,7 +330,7 @@ FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const
 }
 
 void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_msgs::Header& header,
-                                        FrameOutcome outcome) {
+                                        const FrameOutcome& outcome) {
   const RegistrationResult& result = outcome.result;
   if (outcome.registered) {
     register_requested_ = false;

@@ -37,9 +37,9 @@ class RegistrationPipeline {
 
   /// Reads the masks that the parameters name; opens no device yet.
   /// @throws ParameterError when a mask cannot be read.
-  explicit RegistrationPipeline(NodeParameters parameters, Logger logger = {});
+  explicit RegistrationPipeline(const NodeParameters& parameters, const Logger& logger = {});
   /// The same with another source of registrars than the device that the parameters name.
-  RegistrationPipeline(NodeParameters parameters, RegistrarFactory factory, Logger logger);
+  RegistrationPipeline(const NodeParameters& parameters, RegistrarFactory factory, const Logger& logger);
 
   /// Opens the device and warms it up. loadCt does so too when nobody did. A failure is kept as the fault.
   /// @throws DeviceError

@@ -80,7 +80,7 @@ class RegistrationWorker {
   std::string resolvePose(const std_msgs::Header& header);
   std::string findCamera(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
-  void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, FrameOutcome outcome);
+  void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, const FrameOutcome& outcome);
   void publishPictures(const FrameMessages& frame, const FrameOutcome& outcome);
   void refuse(const std_msgs::Header& header, const std::string& reason);
   void drop(const FrameMessages& frame);

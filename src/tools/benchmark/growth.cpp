@@ -13,7 +13,7 @@ constexpr int kFixedSize = 256;  ///< Of whatever does not grow.
 AttenuationVolume volumeOf(int n) { return n <= 256 ? headScene(n) : doubled(headScene(n / 2)); }
 
 std::shared_ptr<Engine> engineOf(const std::shared_ptr<Device>& device, const AttenuationVolume& volume) {
-  const std::shared_ptr<Engine> engine = makeEngineOpenCl(device);
+  std::shared_ptr<Engine> engine = makeEngineOpenCl(device);
   engine->setVolume(volume);
   return engine;
 }

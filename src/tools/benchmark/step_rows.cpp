@@ -65,7 +65,7 @@ std::vector<BenchmarkRow> measureSteps(const std::shared_ptr<Device>& device, in
   PaperStepper cpp(small, makePaperEngineCpp());
   PaperStepper opencl(small, makePaperEngineOpenCl(device));
   const auto engineOf = [&device](const StepScene& scene) {
-    const std::shared_ptr<Engine> engine = makeEngineOpenCl(device);
+    std::shared_ptr<Engine> engine = makeEngineOpenCl(device);
     engine->setVolume(scene.volume);
     return engine;
   };

@@ -27,6 +27,7 @@ void drawPicture(const std::string& kind, const std::string& picture, const std:
   const fs::path script = fs::read_symlink("/proc/self/exe").parent_path() / "plot_results";
   std::vector<std::string> words = {script, kind, fs::absolute(picture), fs::absolute(report)};
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   pid_t child = 0;
