@@ -41,14 +41,9 @@ Solution descend(FrameObjective* objective, const std::vector<Stage>& stages, bo
   for (std::size_t i = 0; i < stages.size(); ++i) {
     if (i > 0 && leave_out) objective->views().weigh(true, solution.T_camera_ct);
     if (i > 0) solution.robust_scale2 = objective->robustScale(stages[i - 1], solution.T_camera_ct);
-    Solution next{objective->solve(stages[i], solution.robust_scale2, solution.T_camera_ct)};
-    if (next.steps == 0) {  // Nothing left of the budget: what was found so far stands, unconverged.
-      solution.converged = false;
-      break;
-    }
-    next.robust_scale2 = solution.robust_scale2;
-    next.coarser_similarity = solution.sums.similarity;
-    solution = next;
+    const double coarser_similarity = solution.sums.similarity;
+    if (!objective->solve(stages[i], &solution)) break;
+    solution.coarser_similarity = coarser_similarity;
     if (solution.failed) break;
   }
   return solution;

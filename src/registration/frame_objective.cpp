@@ -70,13 +70,20 @@ GaussNewtonOptions FrameObjective::solverFor(const Stage& stage, const RigidTran
   return solver;
 }
 
-GaussNewtonResult FrameObjective::solve(const Stage& stage, double robust_scale2, const RigidTransform& start) {
+bool FrameObjective::solve(const Stage& stage, Solution* solution) {
   const auto objective = [&](const RigidTransform& pose) -> std::optional<StepSums> {
-    const std::vector<StepSums> sums = evaluate(stage, robust_scale2, {pose});
+    const std::vector<StepSums> sums = evaluate(stage, solution->robust_scale2, {pose});
     if (sums.empty()) return std::nullopt;
     return sums.front();
   };
-  return minimise(objective, start, views_->centreCt(), solverFor(stage, start));
+  const RigidTransform start = solution->T_camera_ct;
+  const GaussNewtonResult end = minimise(objective, start, views_->centreCt(), solverFor(stage, start));
+  if (end.steps == 0) {
+    solution->converged = false;
+    return false;
+  }
+  static_cast<GaussNewtonResult&>(*solution) = end;
+  return true;
 }
 
 double FrameObjective::robustScale(const Stage& stage, const RigidTransform& T_camera_ct) {

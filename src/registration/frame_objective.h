@@ -24,8 +24,9 @@ class FrameObjective {
   std::vector<StepSums> evaluate(const Stage& stage, double robust_scale2,
                                  const std::vector<RigidTransform>& T_camera_ct);
 
-  /// Runs one stage from `start`.
-  GaussNewtonResult solve(const Stage& stage, double robust_scale2, const RigidTransform& start);
+  /// Runs one stage from where the solution stands, with its robust scale. False when nothing is left of the budget:
+  /// the solution then stays where it is, unconverged.
+  bool solve(const Stage& stage, Solution* solution);
 
   /// The scale² on 1 − correlation at which a window keeps a quarter of its weight: three times the median error.
   double robustScale(const Stage& stage, const RigidTransform& T_camera_ct);

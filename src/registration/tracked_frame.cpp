@@ -22,19 +22,12 @@ Solution trackFrame(FrameObjective* objective, const ColdStart& found, const Rig
   // The tracked X-ray may be smaller than the one that the start was found in.
   const bool two_levels = std::min(found.coarsest_level, views.lastLevel()) >= 1;
   if (two_levels) {
-    static_cast<GaussNewtonResult&>(solution) =
-        objective->solve(stageOn(1, kSteps, similarity), found.robust_scale2, start);
+    objective->solve(stageOn(1, kSteps, similarity), &solution);
     if (solution.failed) return solution;
     views.keepContrastTiles(kTiles);
   }
   solution.coarser_similarity = solution.sums.similarity;
-  const GaussNewtonResult finest = objective->solve(stageOn(0, two_levels ? kFinestSteps : kSteps, similarity),
-                                                    found.robust_scale2, solution.T_camera_ct);
-  if (finest.steps > 0) {
-    static_cast<GaussNewtonResult&>(solution) = finest;
-  } else {
-    solution.converged = false;  // Nothing was left of the budget for the finest level.
-  }
+  objective->solve(stageOn(0, two_levels ? kFinestSteps : kSteps, similarity), &solution);
   return solution;
 }
 

@@ -42,8 +42,6 @@ float searchRadius(const DeviceGrid& grid) {
   return 0.6F * std::sqrt(x * x + y * y + z * z);
 }
 
-int tilesFor(int pixels) { return (pixels + kTile - 1) / kTile; }
-
 StepSums stepSums(const double* terms) {
   StepSums sums;
   int pair = 0;
@@ -274,8 +272,8 @@ class EngineOpenCl : public Engine {
                                        int volume_level, const RigidTransform& T_camera_ct) {
     return guarded(device_->name(), "rendering a DRR", [&] {
       const OpenClLevel& ct = level(volume_level);
-      const int tiles_x = tilesFor(camera.width);
-      const int tiles = tiles_x * tilesFor(camera.height);
+      const int tiles_x = layout::tilesFor(camera.width);
+      const int tiles = tiles_x * layout::tilesFor(camera.height);
       const auto groups = static_cast<std::size_t>(tiles);
       FastKernels& k = bench_.kernels(chooseSplit(groups));
       uploadPoses(ct, camera, {T_camera_ct});

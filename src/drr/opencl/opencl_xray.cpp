@@ -4,12 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "xray_registration/common/statistics.h"
+
 namespace xray_registration {
 namespace {
 
 constexpr int kSmallestSide = 32;  ///< Of the coarsest level, pixels.
-
-int tilesFor(int pixels) { return (pixels + layout::kTile - 1) / layout::kTile; }
 
 /// Of one image of floats.
 std::size_t bytesOf(const XrayCamera& camera) {
@@ -63,7 +63,7 @@ OpenClXray::~OpenClXray() {
 }
 
 void OpenClXray::addLevel(const XrayCamera& camera) {
-  levels_.push_back({camera, tilesFor(camera.width), tilesFor(camera.height)});
+  levels_.push_back({camera, layout::tilesFor(camera.width), layout::tilesFor(camera.height)});
 }
 
 const cl::Buffer& OpenClXray::weight(int level) const {
@@ -117,10 +117,9 @@ void OpenClXray::keepContrastTiles(int level, double part, Workbench* bench) {
   std::vector<float> contrast(count);
   bench->queue().enqueueReadBuffer(storageOf(level).contrast.get(), CL_TRUE, 0, sizeof(float) * count, contrast.data());
   std::vector<float> sorted = contrast;
-  const auto threshold = sorted.begin() + static_cast<std::ptrdiff_t>((1.0 - part) * static_cast<double>(count - 1));
-  std::nth_element(sorted.begin(), threshold, sorted.end());
+  const float threshold = quantileBelow(&sorted, 1.0 - part);
   std::vector<cl_int> used(count);
-  for (std::size_t i = 0; i < count; ++i) used[i] = contrast[i] > 0.0F && contrast[i] >= *threshold ? 1 : 0;
+  for (std::size_t i = 0; i < count; ++i) used[i] = contrast[i] > 0.0F && contrast[i] >= threshold ? 1 : 0;
   bench->queue().enqueueWriteBuffer(storageOf(level).used_tiles.get(), CL_TRUE, 0, sizeof(cl_int) * count, used.data());
   tiles_kept_ = true;
 }

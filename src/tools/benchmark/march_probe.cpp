@@ -40,8 +40,8 @@ void MarchProbe::plan(const Engine& engine, const XrayCamera& camera, const Rigi
   const OpenClLevel& level = openClVolume(engine).levels().front();
   const cl::CommandQueue& queue = device_->openCl().solve_queue;
   level_ = &level;
-  tiles_x_ = (camera.width + kTile - 1) / kTile;
-  tiles_ = tiles_x_ * ((camera.height + kTile - 1) / kTile);
+  tiles_x_ = layout::tilesFor(camera.width);
+  tiles_ = tiles_x_ * layout::tilesFor(camera.height);
   const auto tiles = static_cast<std::size_t>(tiles_);
   const PoseParameters pose = poseParameters(level, camera, T_camera_ct, T_camera_ct * engine.volume().centreCt());
   poses_ = cl::Buffer(device_->openCl().context, CL_MEM_READ_ONLY, sizeof(float) * pose.size());

@@ -52,6 +52,9 @@ constexpr float kLeftOut = -2.0F;           ///< "Correlation" of a window that 
 
 constexpr int kMapStep = 4;  ///< Pixels between the points of the map of unexplained tissue.
 
+/// Tiles along so many pixels.
+constexpr int tilesFor(int pixels) { return (pixels + kTile - 1) / kTile; }
+
 /// -D for every constant above, under the kernels' names.
 std::string layoutOptions();
 
