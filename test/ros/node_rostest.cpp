@@ -457,15 +457,19 @@ TEST_F(Node, CountsWhatItCannotHold) {
   std::vector<sensor_msgs::Image> frames(kFrames, image);
   const RegistrationStatus before = probe_->answer(publish(scene_->pose(1)));
   const std::size_t statuses_before = probe_->statusCount();
-  for (sensor_msgs::Image& frame : frames) {
-    frame.header.stamp = nextStamp();
-    probe_->publish(frame, scene_->info(frame.header));
+  RegistrationStatus after = before;
+  // On a machine that is busy with other things the sender may be the slower one: then a burst was none.
+  for (int burst = 0; burst < 20 && after.frames_dropped == before.frames_dropped; ++burst) {
+    for (sensor_msgs::Image& frame : frames) {
+      frame.header.stamp = nextStamp();
+      probe_->publish(frame, scene_->info(frame.header));
+    }
+    // The newest is never the one that is dropped.
+    const RegistrationStatus last = probe_->answer(frames.back().header.stamp);
+    EXPECT_TRUE(last.accepted) << last.reason;
+    // The last dropped frame may be told of after the newest frame's answer; one frame later all is counted.
+    after = probe_->answer(publish(scene_->pose(1)));
   }
-  // The newest is never the one that is dropped.
-  const RegistrationStatus last = probe_->answer(frames.back().header.stamp);
-  EXPECT_TRUE(last.accepted) << last.reason;
-  // The last dropped frame may be told of after the newest frame's answer; one frame later all is counted.
-  const RegistrationStatus after = probe_->answer(publish(scene_->pose(1)));
   const std::uint64_t received = after.frames_received - before.frames_received;
   EXPECT_GT(after.frames_dropped, before.frames_dropped);
   waitFor([&] { return probe_->statusCount() - statuses_before >= received; }, 10.0);
