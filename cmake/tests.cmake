@@ -36,7 +36,7 @@ function(xray_tests_of room)
     if(name IN_LIST XRAY_FULL_CORE_TESTS)
       list(APPEND rooms volume_itk image_opencv)
     endif()
-    if(name STREQUAL trials)
+    if(name STREQUAL trials OR name STREQUAL wrong_input)
       list(APPEND rooms evaluation_trials)
     endif()
     xray_test(${room} ${name} ${file} ROOMS ${rooms})
@@ -44,7 +44,7 @@ function(xray_tests_of room)
 endfunction()
 
 # Tests that need ITK or OpenCV, and those of what stands on the pipeline.
-set(XRAY_FULL_CORE_TESTS volume_io bone_surface xray_frame mask trials)
+set(XRAY_FULL_CORE_TESTS volume_io bone_surface xray_frame mask trials wrong_input)
 
 xray_tests_of(common)
 xray_tests_of(geometry)
