@@ -12,6 +12,7 @@
 #include "tools/evaluate/report.h"
 #include "tools/evaluate/session_frames.h"
 #include "xray_registration/common/stopwatch.h"
+#include "xray_registration/evaluation/wrong_input.h"
 
 namespace xray_registration::tools {
 namespace {
@@ -32,6 +33,7 @@ struct Arguments {
   double translation_mm = 10.0;
   std::uint64_t seed = 1;
   double target_size_mm = 100.0;
+  std::vector<std::string> wrong;
   bool tracking = false;
   bool reference = false;
   bool verbose = false;
@@ -67,11 +69,15 @@ void addOptions(CLI::App* app, Arguments* arguments) {
   app->add_flag("--reference", arguments->reference,
                 "the poses in the bag are a reference with an error of its own; say how far the solution that starts "
                 "there ends from it");
+  app->add_option("--wrong", arguments->wrong,
+                  "tell the registration something wrong, one of the kinds below; repeatable, applied in this order")
+      ->allow_extra_args(false);
   app->add_option("--json", arguments->json, "write all trials and the summary here");
   app->add_option("--plot", arguments->plot,
                   "draw errors, success, convergence and the verdict here (PNG); without --json what it shows is "
                   "written beside it, as .json");
   app->add_flag("--verbose", arguments->verbose, "say more on standard error");
+  app->footer("Kinds of --wrong; errors are measured against the recorded pose all the same:\n" + wrongInputKinds());
 }
 
 NodeParameters parametersOf(const Arguments& arguments, const Logger& logger) {
@@ -87,6 +93,24 @@ NodeParameters parametersOf(const Arguments& arguments, const Logger& logger) {
   } catch (const ParameterError& error) {
     throw ArgumentError(error.what());
   }
+}
+
+/// A text that says nothing usable, or names a view that is not there, is a wrong argument.
+template <typename Work>
+void withArgumentWrong(const Work& work) {
+  try {
+    work();
+  } catch (const std::invalid_argument& error) {
+    throw ArgumentError(std::string("--wrong: ") + error.what());
+  }
+}
+
+std::vector<WrongInput> wrongInputsOf(const Arguments& arguments) {
+  std::vector<WrongInput> wrong;
+  withArgumentWrong([&] {
+    for (const std::string& text : arguments.wrong) wrong.push_back(parseWrongInput(text));
+  });
+  return wrong;
 }
 
 /// The session with the views that were asked for, else those of the configuration, else all.
@@ -111,16 +135,29 @@ EvaluationRun describe(const Arguments& arguments, const NodeParameters& paramet
   run.options.range = {arguments.rotation_deg * kRadPerDeg, arguments.translation_mm};
   run.options.seed = arguments.seed;
   run.options.target_size_mm = arguments.target_size_mm;
+  run.wrong = wrongInputsOf(arguments);
   return run;
 }
 
 double loadCt(RegistrationPipeline* pipeline, const Arguments& arguments, const NodeParameters& parameters,
-              const Logger& logger) {
+              const std::vector<WrongInput>& wrong, const Logger& logger) {
   pipeline->openDevice();
   Volume ct = readVolume(arguments.ct, parameters.ct.read, logger);
+  tellWrong(wrong, &ct);
   const Stopwatch watch;
   pipeline->setCt(std::move(ct));
   return watch.milliseconds();
+}
+
+std::vector<EvaluationFrame> loadFrames(const BagSession& session, const EvaluationRun& run,
+                                        const NodeParameters& parameters, const Logger& logger) {
+  const std::size_t limit =
+      run.tracking ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(run.options.trials);
+  std::vector<EvaluationFrame> frames = sessionFrames(session, parameters, limit, logger);
+  withArgumentWrong([&] {
+    for (EvaluationFrame& frame : frames) tellWrong(run.wrong, &frame.views);
+  });
+  return frames;
 }
 
 std::vector<Trial> runAll(RegistrationPipeline* pipeline, const std::vector<EvaluationFrame>& frames,
@@ -147,15 +184,13 @@ void evaluate(const Arguments& arguments) {
   EvaluationRun run = describe(arguments, parameters);
 
   RegistrationPipeline pipeline(parameters, logger);
-  run.ct_upload_ms = loadCt(&pipeline, arguments, parameters, logger);
+  run.ct_upload_ms = loadCt(&pipeline, arguments, parameters, run.wrong, logger);
   run.device = pipeline.deviceName();
   run.ct = pipeline.ctName();
   const Eigen::Vector3d centre_ct_mm = pipeline.ct()->grid.centreCt();
   pipeline.dropCt();
 
-  const std::size_t limit =
-      run.tracking ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(run.options.trials);
-  const std::vector<EvaluationFrame> frames = sessionFrames(*session, parameters, limit, logger);
+  const std::vector<EvaluationFrame> frames = loadFrames(*session, run, parameters, logger);
   run.frames = static_cast<int>(frames.size());
 
   const std::vector<Trial> trials = runAll(&pipeline, frames, centre_ct_mm, run);

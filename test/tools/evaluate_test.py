@@ -83,6 +83,35 @@ class Simulated(tool_case.ToolTest):
         # A pose goes through metres and a quaternion in the bag, in double.
         self.assertLess(self.report('zero.json')['trials'][0]['start_mtre'], 1e-6)
 
+    def test_wrong_inputs_are_told_and_the_truth_stays(self):
+        # Looks the same: a focal length 10 % too long puts the head 10 % too far, one that is 4.5 % too small too near.
+        output, _ = self.evaluate('--views', 'ap', '--trials', 2, '--wrong', 'focal_length:1.1', '--wrong',
+                                  'ct_scale:0.955', '--json', self.work('wrong.json'))
+        self.evaluate('--views', 'ap', '--trials', 2, '--json', self.work('right.json'))
+        wrong, right = self.report('wrong.json'), self.report('right.json')
+        self.assertEqual(wrong['wrong'], [{'text': 'focal_length:1.1', 'what': 'focal_length'},
+                                          {'text': 'ct_scale:0.955', 'what': 'ct_scale'}])
+        self.assertEqual(right['wrong'], [])
+        self.assertIn('told wrongly: focal_length:1.1', output)
+        self.assertEqual(set(wrong), set(right))
+        for told, trial in zip(wrong['trials'], right['trials']):
+            self.assertEqual(set(told), set(trial))
+            self.assertEqual(told['start_mtre'], trial['start_mtre'])
+            ratio = told['T_camera_ct'][2][3] / trial['T_camera_ct'][2][3]
+            # One view finds depth to some mm of 800; the CT frame's origin is some cm nearer than the head.
+            self.assertAlmostEqual(ratio, 1.1 * 0.955, delta=0.01)
+
+    def test_wrong_inputs_that_are_none(self):
+        for text, words in (('focal_length:long', "'focal_length:long'"), ('magic:1', 'allowed: focal_length'),
+                            ('inverted_image:lateral', "no view 'lateral'"), ('view_pose:1deg,2mm', 'no further view')):
+            _, error = self.evaluate('--views', 'ap', '--wrong', text, expect=2)
+            self.assertIn('--wrong', error)
+            self.assertIn(words, error)
+        _, error = self.evaluate('--wrong', 'other_ct:' + self.work('missing.nii.gz'), expect=1)
+        self.assertIn('missing.nii.gz', error)
+        output, _ = self.evaluate('--help')
+        self.assertIn('mirrored_image:left_right|up_down[:VIEW]', output)
+
     def test_wrong_arguments(self):
         for words in (['--trials', 0], ['--rotation', -1], ['--method', 'magic'], ['--unknown', 1],
                       ['--json', self.work('no/such/folder/x.json')]):

@@ -146,6 +146,7 @@ void printHead(std::ostream& out, const EvaluationRun& run) {
   }
   out << "; " << run.frames << " frames with a " << (run.reference ? "reference" : "true") << " pose; targets "
       << run.options.target_size_mm << " mm\n";
+  for (const WrongInput& wrong : run.wrong) out << "told wrongly: " << wrong.text << '\n';
 }
 
 void printFrames(std::ostream& out, const std::vector<Trial>& trials) {
@@ -173,8 +174,9 @@ void printBins(std::ostream& out, const TrialStatistics& statistics) {
 
 json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria,
             const std::vector<ConvergenceCurve>& convergence) {
-  json made = {{"trials", json::array()}, {"summary", summary(run, trials, criteria)}};
+  json made = {{"trials", json::array()}, {"summary", summary(run, trials, criteria)}, {"wrong", json::array()}};
   for (const Trial& trial : trials) made["trials"].push_back(toJson(trial, criteria));
+  for (const WrongInput& wrong : run.wrong) made["wrong"].push_back({{"text", wrong.text}, {"what", wrong.what}});
   for (const ConvergenceCurve& curve : convergence) {
     made["convergence"].push_back({{"steps", curve.steps}, {"mtre", curve.mtre_mm}});
   }

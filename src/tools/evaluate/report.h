@@ -9,6 +9,7 @@
 #include "tools/evaluate/convergence.h"
 #include "xray_registration/evaluation/trial_statistics.h"
 #include "xray_registration/evaluation/trials.h"
+#include "xray_registration/evaluation/wrong_input.h"
 
 namespace xray_registration::tools {
 
@@ -22,13 +23,15 @@ struct EvaluationRun {
   bool tracking = false;
   bool reference = false;  ///< The truth is a reference with an error of its own.
   TrialOptions options;
-  int frames = 0;  ///< With a true pose.
+  std::vector<WrongInput> wrong;  ///< What the registration was told wrongly.
+  int frames = 0;                 ///< With a true pose.
   double ct_upload_ms = 0.0;
   PoseError reference_agreement;  ///< Solution started at the reference against the reference; with `reference`.
 };
 
-/// {"trials": […], "summary": {…}, "convergence": […] unless empty}; lengths in mm, angles in degrees, times in ms. A
-/// trial is a "success", "wrong" (too far off to be accepted), or neither; its "cause" is the reason without numbers.
+/// {"trials": […], "summary": {…}, "wrong": […], "convergence": […] unless empty}; lengths in mm, angles in degrees,
+/// times in ms. Of what was told wrongly stand its "text" and "what", the suspicion that would be right. A trial is a
+/// "success", "wrong" (too far off to be accepted), or neither; its "cause" is the reason without numbers.
 nlohmann::json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria,
                       const std::vector<ConvergenceCurve>& convergence);
 
