@@ -38,7 +38,7 @@ ChangeCt bentCt(const Strings& values) {
 }
 
 ChangeCt otherCt(const Strings& values) {
-  const std::string path = values[0];
+  const std::string& path = values[0];
   return [path](Volume* ct) { *ct = centredLike(*ct, readVolume(path, {}, {})); };
 }
 

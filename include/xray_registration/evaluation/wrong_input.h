@@ -14,8 +14,8 @@ namespace xray_registration {
 ///
 /// The truth is the recorded pose of the CT in the first view's camera, whatever is told. What is wrong with a view
 /// changes neither the CT nor where it was: pixels that are mirrored or turned are pixels in the wrong place. A CT that
-/// was changed has the truth of the CT that was told: its grid's centre and its axes lie where they lay. A deformation
-/// has no part that is a motion of the whole body, which would be a truth of its own.
+/// was changed has the truth of the right one: its grid's centre and its axes lie where they lay. Shear does not turn
+/// it, and bending has no part that is a rigid motion of the body, which would be a truth of its own.
 struct WrongInput {
   using ChangeViews = std::function<void(std::vector<RawView>*)>;
   using ChangeCt = std::function<void(Volume*)>;
