@@ -2,6 +2,7 @@
 import argparse
 import datetime
 import json
+import math
 import os
 import platform
 import re
@@ -58,6 +59,11 @@ class Script:
 def load(path):
     with open(path, encoding='utf-8') as file:
         return json.load(file)
+
+
+def number(value):
+    """JSON has no infinity; the tools write null for it."""
+    return math.inf if value is None else value
 
 
 def table(titles, rows):

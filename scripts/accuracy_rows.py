@@ -1,0 +1,87 @@
+"""The rows of docs/accuracy.md: which session, from how far, what it is told wrongly, and what is to be reached."""
+import os
+
+HEAD = ('ct/head_phantom_0.9mm.nii.gz', 'sessions/head_lateral.bag', '')
+PELVIS_BOTH = ('ct/pelvis_2mm.nii.gz', 'sessions/pelvis_biplane.bag', 'ap,oblique')
+PELVIS_AP = ('ct/pelvis_2mm.nii.gz', 'sessions/pelvis_biplane.bag', 'ap')
+ROD = ('ct/pelvis_2mm.nii.gz', 'sessions/pelvis_ap_instrument.bag', '')
+WRIST = ('wrist/radius.nii.gz', 'wrist/wrist_biplane.bag', 'cam01,cam02', '--target-size', '40', '--reference')
+WRIST_ALONE = WRIST[:2] + ('cam01',) + WRIST[3:]
+# Another recording of the head, twice as fine, from two sides.
+HEAD_BOTH = (HEAD[0], 'clinical_size/head_1024_biplane.bag', 'ap,oblique')
+HEAD_AP = HEAD_BOTH[:2] + ('ap',)
+
+
+class Row:
+    """One line of a table: which session, the range of the starts (degrees, mm; None tracks it), what to reach, and the
+    key in WRONG of what the registration is told wrongly."""
+
+    def __init__(self, name, session, start, goals, trials=100, wrong=None):
+        self.name, self.start, self.goals, self.trials, self.wrong = name, start, goals, trials, wrong
+        (self.ct, self.bag, self.views), self.extra = session[:3], list(session[3:])
+        self.is_far = name.endswith('_beyond')  # Judged by its verdict alone, so neither in the main table nor drawn.
+        self.title = os.path.splitext(os.path.basename(self.bag))[0]
+        if self.views:
+            self.title += ' (%s)' % self.views.replace(',', ' + ')
+        self.start_text = 'tracked' if start is None else '%g°, %g mm' % start
+
+
+def goals(**limits):
+    """Rates are to be reached, everything else is not to be exceeded."""
+    return {key: ('>=' if key.endswith('_rate') else '<=', limit) for key, limit in limits.items()}
+
+
+ROWS = [
+    Row('head', HEAD, (6, 10), goals(success_rate=0.99, median_mtre=0.25, median_inplane=0.05)),
+    Row('head_wide', HEAD, (15, 25), goals(success_rate=0.95, median_mtre=0.3, frame_ms=250)),
+    Row('pelvis_both', PELVIS_BOTH, (6, 10), goals(success_rate=0.98, median_mtre=0.3)),
+    Row('pelvis_ap', PELVIS_AP, (6, 10), goals(success_rate=0.95, median_mtre=1.0, median_inplane=0.04)),
+    Row('pelvis_instrument', ROD, (6, 10), goals(success_rate=0.90, median_mtre=1.3, median_inplane=0.06)),
+    Row('wrist', WRIST, (5, 5), goals(success_rate=0.90, median_mtre=0.4), trials=50),
+    Row('head_tracked', HEAD, None, goals(accepted_rate=1.0, median_mtre=0.25)),
+    Row('pelvis_both_tracked', PELVIS_BOTH, None, goals(accepted_rate=1.0, median_mtre=0.3)),
+    Row('pelvis_ap_tracked', PELVIS_AP, None, goals(accepted_rate=1.0, median_mtre=1.0)),
+    Row('pelvis_instrument_tracked', ROD, None, goals(accepted_rate=1.0, median_mtre=1.3)),
+    # Far outside what a start from a search or a neighbour frame is: wrong results, for the verdict to be judged by.
+    Row('head_beyond', HEAD, (60, 60), {}, trials=40),
+    Row('pelvis_ap_beyond', PELVIS_AP, (60, 60), {}, trials=40),
+    Row('pelvis_both_beyond', PELVIS_BOTH, (60, 60), {}, trials=40),
+    Row('pelvis_instrument_beyond', ROD, (60, 60), {}, trials=40),
+    Row('wrist_beyond', WRIST, (60, 30), {}, trials=20),
+]
+
+# What the registration is told wrongly: `evaluate --wrong`, and in words.
+WRONG = {
+    'focal': ('focal_length:1.02', 'focal length 2 % too long'),
+    'focal_one': ('focal_length:1.02:oblique', 'focal length of the second view 2 % too long'),
+    'centre': ('principal_point:12,0', 'principal point off by 12 px'),
+    'radial': ('distortion:0.5', 'radial distortion, k1 = 0.5, not told'),
+    's_shape': ('distortion:s_shape,3', 'S-shaped distortion, 3 px at the edge'),
+    'view': ('view_pose:1deg,2mm', 'pose of the second view off by 1° and 2 mm'),
+    'mirrored': ('mirrored_image:left_right', 'X-rays mirrored left-right'),
+    'mirrored_one': ('mirrored_image:left_right:oblique', 'X-ray of the second view mirrored left-right'),
+    'upside_down': ('mirrored_image:up_down', 'X-rays mirrored up-down'),
+    'quarter': ('turned_image:90', 'X-rays turned by 90°'),
+    'half': ('turned_image:180', 'X-rays turned by 180°'),
+    'inverted': ('inverted_image', 'X-rays inverted'),
+    'exchanged': ('exchanged_views', 'views exchanged'),
+    'side': ('mirrored_ct', 'CT mirrored (wrong side)'),
+    'size': ('ct_scale:1.03', 'CT 3 % too large'),
+    'patient': ('ct_scale:1.04,0.96,1.03', 'another patient (CT scaled 1.04, 0.96, 1.03)'),
+    'sheared': ('sheared_ct:0.04', 'another patient (CT sheared by 0.04)'),
+    'bent': ('bent_ct:4mm', 'another patient (CT bent by up to 4 mm)'),
+    'pelvis': ('other_ct:{data}/' + PELVIS_AP[0], 'another CT (pelvis)'),
+    'head': ('other_ct:{data}/' + HEAD[0], 'another CT (head)'),
+}
+# Session → keys of WRONG. The head from the front is nearly symmetric.
+WRONG_OF = {
+    'head': (HEAD, 'mirrored upside_down quarter half inverted focal centre radial s_shape side size patient sheared bent pelvis'),
+    'head_ap': (HEAD_AP, 'mirrored side'),
+    'head_both': (HEAD_BOTH, 'mirrored mirrored_one exchanged view focal focal_one centre side size patient bent'),
+    'pelvis_ap': (PELVIS_AP, 'mirrored half focal centre side patient bent'),
+    'pelvis_both': (PELVIS_BOTH, 'mirrored exchanged view focal centre s_shape side size patient sheared bent head'),
+    'wrist': (WRIST, 'mirrored exchanged view focal centre side patient bent'),
+    'wrist_alone': (WRIST_ALONE, 'mirrored'),
+}
+WRONG_ROWS = [Row('%s_%s' % (name, wrong), session, (5, 5) if name.startswith('wrist') else (6, 10), {}, wrong=wrong)
+              for name, (session, all_wrong) in WRONG_OF.items() for wrong in all_wrong.split()]

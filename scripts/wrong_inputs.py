@@ -1,0 +1,65 @@
+"""What the verdict makes of wrong inputs, as tables of docs/accuracy.md."""
+import statistics
+
+import documents
+from accuracy_rows import WRONG
+
+# Words that the reason of a refusal has when it names the suspicion. A body of another size is another patient's too.
+WORDS = {'focal_length': ['focal length'], 'principal_point': ['principal point'], 'distortion': ['distortion'],
+         'view_pose': ['pose of the view'], 'ct_scale': ['size of the CT', 'another patient'],
+         'mirrored_image': ['mirrored'], 'turned_image': ['turned'], 'inverted_image': ['inverted'],
+         'exchanged_views': ['exchanged'], 'mirrored_ct': ['mirrored'], 'other_patient': ['another patient']}
+LIMIT_MM = 1.0
+
+
+def is_false(trial, row):
+    """Accepted and off by more than the limit: in-plane for one view, which hardly sees depth."""
+    error = 'final_mtre' if ',' in row.views else 'final_inplane'
+    return trial['accepted'] and documents.number(trial[error]) > LIMIT_MM
+
+
+def names(trial, suspicions):
+    # "The pose turned … degrees from the start" is no suspicion of the X-ray.
+    reason = trial['reason'].replace('the pose turned', '')
+    return any(words in reason for what in suspicions for words in WORDS[what])
+
+
+def line(row, report):
+    trials = report['trials']
+    accepted = [trial for trial in trials if trial['accepted']]
+    refused = [trial for trial in trials if not trial['accepted']]
+    errors = [documents.number(trial['final_mtre']) for trial in accepted]
+    inplane = [documents.number(trial['final_inplane']) for trial in accepted]
+    named = sum(names(trial, [wrong['what'] for wrong in report['wrong']]) for trial in refused)
+    false = sum(is_false(trial, row) for trial in trials)
+    return [row.title, WRONG[row.wrong][1], str(len(report['summary']['views'])), str(len(trials)), str(len(accepted)),
+            '%d%s' % (false, ' (≤ 0, **missed**)' if false else ''),
+            '%.2f / %.2f mm' % (max(errors), statistics.median(errors)) if accepted else '',
+            '%.2f mm' % statistics.median(inplane) if accepted else '',
+            '%d of %d' % (named, len(refused)) if refused else '']
+
+
+def table(done):
+    return documents.table(['session', 'what is wrong', 'views', 'trials', 'accepted', 'false acceptance',
+                            'error of what was accepted, worst / median', 'median in-plane', 'refusals that name it'],
+                           [line(row, report) for row, report in done])
+
+
+def share(count, of):
+    return '%d of %d (%.1f %%)' % (count, of, 100 * count / of) if of else ''
+
+
+def kinds(done):
+    """False acceptance of right starts, wrong starts and wrong inputs apart; what the verdict costs good results."""
+    lines = []
+    for title, belongs in (('right inputs, near starts and tracking', lambda row: not row.wrong and not row.is_far),
+                           ('right inputs, far starts', lambda row: row.is_far),
+                           ('wrong inputs', lambda row: row.wrong)):
+        trials = [(row, trial) for row, report in done if belongs(row) for trial in report['trials']]
+        false = sum(is_false(trial, row) if row.wrong else trial['accepted'] and trial['wrong'] for row, trial in trials)
+        good = [trial for row, trial in trials if trial['success'] and not row.wrong]
+        refused = [trial for trial in good if not trial['accepted']]
+        lines.append([title, str(len(trials)), str(sum(trial['accepted'] for _, trial in trials)),
+                      share(false, len(trials)), share(len(refused), len(good)),
+                      share(sum(names(trial, WORDS) for trial in refused), len(good))])
+    return documents.table(['', 'trials', 'accepted', 'false acceptance', 'good ones refused', 'for a suspicion'], lines)
