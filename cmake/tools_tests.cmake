@@ -24,5 +24,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
     add_test(NAME tools.plot_results COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/plot_results_test.py
              ${CMAKE_CURRENT_BINARY_DIR}/test_work/plot_results)
     xray_test_limits(tools.plot_results 300)
+    add_test(NAME tools.wrong_inputs COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/wrong_inputs_test.py)
+    xray_test_limits(tools.wrong_inputs 60)
   endif()
 endif()
