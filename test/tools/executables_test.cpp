@@ -129,7 +129,7 @@ TEST_F(ExecutablesTest, FailuresHaveACodeAndOneClearLine) {
       {"simulate_session --output a.bag", 2, "phantom"},
       {"simulate_session --phantom head --frames 0 --output a.bag", 2, "--frames"},
       {"simulate_session --phantom head --views ap --output a.bag", 2, "NAME:DEGREES"},
-      {"simulate_session --phantom head --size 3 --output a.bag", 2, "image size"},
+      {"simulate_session --ct head.nii.gz --size 3 --output a.bag", 2, "image size"},
       {"compare_poses --ct head.nii.gz --bag session.bag --reference session.bag", 2, "--reference-topic is required"},
       {"compare_poses --ct head.nii.gz --bag session.bag --reference session.bag --reference-topic "
        "/lateral/ground_truth",
@@ -382,7 +382,9 @@ TEST_F(ExecutablesTest, HopelessStartIsRefusedNotAccepted) {
   const Outcome outcome = tools().run(
       "register_bag --ct head.nii.gz --bag session.bag --initial-pose away.yaml --output out2.bag --json out2.json");
   ASSERT_EQ(outcome.code, 0) << outcome.error;  // Every frame was dealt with; none was good.
-  for (const auto& frame : nlohmann::json::parse(contents(tools().path("out2.json")))["frames"]) {
+  const auto report = nlohmann::json::parse(contents(tools().path("out2.json")));
+  ASSERT_EQ(report.at("frames").size(), 4U);
+  for (const auto& frame : report.at("frames")) {
     EXPECT_FALSE(frame["accepted"].get<bool>());
     EXPECT_NE(frame["reason"].get<std::string>(), "");
   }
