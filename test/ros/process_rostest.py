@@ -104,8 +104,10 @@ class Process(unittest.TestCase):
 
     def test_wrong_parameter_of_a_nodelet_leaves_its_manager(self):
         nodelet = roslib.packages.find_node('nodelet', 'nodelet')[0]
+        # As in nodelet.test: a sanitizer's runtime goes first.
+        prefix = os.environ.get('XRAY_REGISTRATION_NODELET_PREFIX', '').split()
         load = [nodelet, 'load', 'xray_registration/RegistrationNodelet', 'manager', '__name:=under_test']
-        self.run_process([nodelet, 'manager', '__name:=manager'])
+        self.run_process(prefix + [nodelet, 'manager', '__name:=manager'])
         for parameters, words in ({'views': ['1ap']}, ['views', '1ap', 'a letter']), ({'ct': 3}, ['ct', 'group']):
             self.set_parameters(parameters)
             before = len(self.text())

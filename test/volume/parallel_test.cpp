@@ -17,7 +17,6 @@ std::vector<int> eachOnce(int count) {
   return touched;
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // They take address space of their own.
 bool aThreadStarts() {
   try {
     std::thread([] {}).join();
@@ -29,6 +28,9 @@ bool aThreadStarts() {
 
 // First of all: the stacks of threads that have ended are kept and used again.
 TEST(ParallelFor, WithoutMemoryForAThreadTheCallerDoesTheWork) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "needs a limit of the address space, of which a sanitizer takes all there is";
+#endif
   std::vector<int> expected(1000, 1);
   rlimit before{};
   getrlimit(RLIMIT_AS, &before);
@@ -44,7 +46,6 @@ TEST(ParallelFor, WithoutMemoryForAThreadTheCallerDoesTheWork) {
   EXPECT_EQ(touched, expected);
   EXPECT_FALSE(could_have) << "the limit is too wide to show anything";
 }
-#endif
 
 TEST(ParallelFor, WorksOnEveryPartOnce) {
   for (const int count : {0, 1, 2, 7, 1000}) {
