@@ -14,26 +14,35 @@ macro(xray_glob variable room)
        ${CMAKE_CURRENT_SOURCE_DIR}/src/${room}/paper/*.cpp)
 endmacro()
 
+# itk_*.cpp include ITK's headers and no Eigen: ITK carries an Eigen of its own. Each room's are a library beside it.
+macro(xray_take_itk variable sources)
+  set(${variable} ${${sources}})
+  list(FILTER ${variable} INCLUDE REGEX "/itk_[a-z_]*\\.cpp$")
+  list(FILTER ${sources} EXCLUDE REGEX "/itk_[a-z_]*\\.cpp$")
+endmacro()
+
 xray_glob(common_sources common)
+xray_take_itk(common_itk_sources common_sources)
 xray_room(common SOURCES ${common_sources})
 
 xray_glob(geometry_sources geometry)
 xray_room(geometry SOURCES ${geometry_sources} ROOMS common LIBRARIES Eigen3::Eigen)
 
 xray_glob(volume_sources volume)
-# itk_*.cpp include ITK's headers and no Eigen: ITK carries an Eigen of its own. The others stand on them.
-set(itk_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/itk_image_file.cpp
-                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/itk_surface.cpp
-                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/file_integrity.cpp
-                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/dicom_series.cpp
-                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/volume_io.cpp
-                ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/bone_surface.cpp)
-list(REMOVE_ITEM volume_sources ${itk_sources})
+xray_take_itk(volume_itk_sources volume_sources)
+# These stand on them.
+set(reading_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/file_integrity.cpp
+                    ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/dicom_series.cpp
+                    ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/volume_io.cpp
+                    ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/bone_surface.cpp)
+list(REMOVE_ITEM volume_sources ${reading_sources})
 xray_room(volume SOURCES ${volume_sources} ROOMS geometry LIBRARIES Eigen3::Eigen Threads::Threads)
 
 xray_glob(image_sources image)
+xray_take_itk(image_itk_sources image_sources)
 file(GLOB opencv_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_frame.cpp
-     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*mask*.cpp)
+     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*mask*.cpp
+     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_image_file.cpp)
 list(REMOVE_ITEM image_sources ${opencv_sources})
 xray_room(image SOURCES ${image_sources} ROOMS geometry LIBRARIES Eigen3::Eigen)
 
@@ -69,13 +78,18 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   list(APPEND core_rooms pipeline evaluation_trials)
 endif()
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
-  xray_room(volume_itk SOURCES ${itk_sources} ROOMS volume LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES} gdcmCommon)
   # GDCM, which ITK reads DICOM with, prints what it finds in files; its switch for that is in a header of its own.
   find_path(GDCM_INCLUDE_DIR gdcmTrace.h HINTS ${ITK_INCLUDE_DIRS} PATH_SUFFIXES gdcm-3.0 gdcm-2.8 REQUIRED)
-  target_include_directories(xray_registration_volume_itk SYSTEM PRIVATE ${ITK_INCLUDE_DIRS} ${GDCM_INCLUDE_DIR})
-  xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image LIBRARIES Eigen3::Eigen ${OpenCV_LIBS})
+  xray_room(common_itk SOURCES ${common_itk_sources} ROOMS common LIBRARIES ${ITK_LIBRARIES} gdcmCommon)
+  xray_room(volume_itk SOURCES ${volume_itk_sources} ${reading_sources} ROOMS volume common_itk
+            LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES})
+  xray_room(image_itk SOURCES ${image_itk_sources} ROOMS image common_itk LIBRARIES ${ITK_LIBRARIES})
+  foreach(room common_itk volume_itk image_itk)
+    target_include_directories(xray_registration_${room} SYSTEM PRIVATE ${ITK_INCLUDE_DIRS} ${GDCM_INCLUDE_DIR})
+  endforeach()
+  xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image image_itk LIBRARIES Eigen3::Eigen ${OpenCV_LIBS})
   target_include_directories(xray_registration_image_opencv SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
-  list(APPEND core_rooms volume_itk image_opencv)
+  list(APPEND core_rooms common_itk volume_itk image_itk image_opencv)
 endif()
 
 # The core library: no ROS.

@@ -1,6 +1,5 @@
 #include "itk_image_file.h"
 
-#include <gdcmTrace.h>
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
@@ -14,6 +13,7 @@
 #include <type_traits>
 
 #include "file_integrity.h"
+#include "xray_registration/common/itk_quiet.h"
 #include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {
@@ -25,36 +25,6 @@ using ImageIo = itk::ImageIOBase;
 constexpr double kMaxVoxels = 2147483647.0;
 // Of the dot product of two axes: about 0.06 degrees. Files store axes as rounded numbers.
 constexpr double kAxesTolerance = 1e-3;
-
-// ITK and GDCM write warnings to standard error, past the logger, GDCM with what stands in the file. This keeps them
-// back. The switches are the libraries' own and hold for the process, hence one reader at a time.
-class QuietItk {
- public:
-  QuietItk()
-      : itk_(itk::Object::GetGlobalWarningDisplay()),
-        gdcm_(gdcm::Trace::GetWarningFlag()),
-        stream_(gdcm::Trace::GetStream()) {
-    itk::Object::SetGlobalWarningDisplay(false);
-    gdcm::Trace::SetStream(said_);
-    gdcm::Trace::WarningOn();
-  }
-  ~QuietItk() {
-    itk::Object::SetGlobalWarningDisplay(itk_);
-    gdcm::Trace::SetStream(stream_);
-    gdcm::Trace::SetWarning(gdcm_);
-  }
-  QuietItk(const QuietItk&) = delete;
-  QuietItk& operator=(const QuietItk&) = delete;
-
-  // GDCM reads a file whose pixels are cut off, and only says so.
-  bool pixelsWereIncomplete() const { return said_.str().find("Incomplete Pixel Data") != std::string::npos; }
-
- private:
-  bool itk_;
-  bool gdcm_;
-  std::ostream& stream_;
-  std::ostringstream said_;
-};
 
 [[noreturn]] void refuse(const std::string& path, const std::string& what) {
   throw VolumeError("'" + path + "': " + what);
