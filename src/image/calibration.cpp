@@ -1,5 +1,6 @@
 #include <cmath>
 #include <sstream>
+#include <tuple>
 
 #include "xray_registration/image/xray_frame.h"
 
@@ -69,6 +70,14 @@ int binningOf(const char* name, int binning) {
 }
 
 }  // namespace
+
+bool operator==(const Calibration& a, const Calibration& b) {
+  const auto fields = [](const Calibration& c) {
+    return std::tie(c.width, c.height, c.k, c.distortion, c.distortion_model, c.binning_x, c.binning_y, c.roi_x,
+                    c.roi_y, c.roi_width, c.roi_height);
+  };
+  return fields(a) == fields(b);
+}
 
 XrayCamera cameraFromCalibration(const Calibration& calibration, int image_width, int image_height) {
   if (image_width <= 0 || image_height <= 0) {

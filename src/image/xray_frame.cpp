@@ -89,46 +89,100 @@ bool isDistorted(const Calibration& calibration) {
   return std::any_of(calibration.distortion.begin(), calibration.distortion.end(), [](double d) { return d != 0.0; });
 }
 
-UndistortionMaps mapsFor(const XrayCamera& camera, const std::vector<double>& distortion) {
-  UndistortionMaps maps{camera, distortion, FloatImage(camera.width, camera.height),
-                        FloatImage(camera.width, camera.height), MaskImage(camera.width, camera.height)};
+/// Frame pixels against the whole sensor's: ROI and binning.
+class SensorPixels {
+ public:
+  explicit SensorPixels(const Calibration& c)
+      : origin_(c.roi_x, c.roi_y), binning_(std::max(1, c.binning_x), std::max(1, c.binning_y)) {}
+
+  /// Edges scale; centres lie half a pixel inside.
+  Eigen::Vector2d sensor(const Eigen::Vector2d& frame) const {
+    return ((frame.array() + 0.5) * binning_ - 0.5 + origin_).matrix();
+  }
+  Eigen::Vector2d frame(const Eigen::Vector2d& sensor) const {
+    return ((sensor.array() - origin_ + 0.5) / binning_ - 0.5).matrix();
+  }
+
+ private:
+  Eigen::Array2d origin_;
+  Eigen::Array2d binning_;
+};
+
+/// The pixel of the detector's straight picture that each of the frame's pixels shows: the lens alone.
+void throughLens(const XrayCamera& camera, const std::vector<double>& distortion, StraightenedPixels* pixels) {
   const cv::Matx33d k(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
-  cv::Mat map_u = wrap(&maps.source_u);
-  cv::Mat map_v = wrap(&maps.source_v);
+  cv::Mat map_u = wrap(&pixels->source_u);
+  cv::Mat map_v = wrap(&pixels->source_v);
   cv::initUndistortRectifyMap(k, distortion, cv::noArray(), k, map_u.size(), CV_32FC1, map_u, map_v);
-  for (std::size_t i = 0; i < maps.seen.pixels.size(); ++i) {
-    const float u = maps.source_u.pixels[i];
-    const float v = maps.source_v.pixels[i];
+}
+
+/// Goes on from the detector's straight picture to its raw one.
+void throughDetector(const UndistortionMap& map, const Calibration& calibration, StraightenedPixels* pixels) {
+  const SensorPixels window(calibration);
+  for (std::size_t i = 0; i < pixels->seen.pixels.size(); ++i) {
+    const Eigen::Vector2d straight = window.sensor({pixels->source_u.pixels[i], pixels->source_v.pixels[i]});
+    const Eigen::Vector2d raw = window.frame(map.rawPixel(straight));
+    pixels->source_u.pixels[i] = static_cast<float>(raw.x());
+    pixels->source_v.pixels[i] = static_cast<float>(raw.y());
+    if (!map.covers(straight)) pixels->seen.pixels[i] = 0;
+  }
+}
+
+void leaveOutUnseen(const XrayCamera& camera, StraightenedPixels* pixels) {
+  for (std::size_t i = 0; i < pixels->seen.pixels.size(); ++i) {
+    const float u = pixels->source_u.pixels[i];
+    const float v = pixels->source_v.pixels[i];
     // Written so that NaN is outside.
     const bool inside = u >= 0.0F && u <= static_cast<float>(camera.width - 1) && v >= 0.0F &&
                         v <= static_cast<float>(camera.height - 1);
-    maps.seen.pixels[i] = inside ? kUse : 0;
+    if (!inside) pixels->seen.pixels[i] = 0;
   }
-  return maps;
+}
+
+StraightenedPixels pixelsFor(const XrayCamera& camera, const Calibration& calibration,
+                             const std::shared_ptr<const UndistortionMap>& map) {
+  StraightenedPixels pixels{calibration, map, FloatImage(camera.width, camera.height),
+                            FloatImage(camera.width, camera.height), MaskImage(camera.width, camera.height, kUse)};
+  throughLens(camera, calibration.distortion, &pixels);
+  if (map) throughDetector(*map, calibration, &pixels);
+  leaveOutUnseen(camera, &pixels);
+  return pixels;
+}
+
+void checkSize(const UndistortionMap& map, const Calibration& calibration) {
+  if (map.width() == calibration.width && map.height() == calibration.height) return;
+  std::ostringstream text;
+  text << "the sensor is " << calibration.width << " × " << calibration.height
+       << " by its camera_info, but its undistortion map (image/undistortion_map) is for " << map.width() << " × "
+       << map.height();
+  throw FrameError(text.str());
 }
 
 /// Straightens the image; the mask loses the pixels that no raw pixel stands behind.
-void undistort(const std::vector<double>& distortion, UndistortionMaps* maps, XrayFrame* frame) {
+void undistort(const Calibration& calibration, const std::shared_ptr<const UndistortionMap>& map,
+               StraightenedPixels* pixels, XrayFrame* frame) {
   const XrayCamera& camera = frame->camera;
-  if (maps->camera != camera || maps->distortion != distortion) *maps = mapsFor(camera, distortion);
+  if (pixels->calibration != calibration || pixels->map != map) *pixels = pixelsFor(camera, calibration, map);
   FloatImage straight(camera.width, camera.height);
   cv::Mat target = wrap(&straight);
-  cv::remap(wrap(&frame->attenuation), target, wrap(&maps->source_u), wrap(&maps->source_v), cv::INTER_LINEAR,
+  cv::remap(wrap(&frame->attenuation), target, wrap(&pixels->source_u), wrap(&pixels->source_v), cv::INTER_LINEAR,
             cv::BORDER_REPLICATE);
   frame->attenuation = std::move(straight);
-  frame->mask = maps->seen;
+  frame->mask = pixels->seen;
 }
 
 }  // namespace
 
 XrayFrame makeXrayFrame(FloatImage raw, double saturation_value, const Calibration& calibration,
-                        const LinearizeOptions& options, UndistortionMaps* maps) {
+                        const LinearizeOptions& options, StraightenedPixels* pixels,
+                        const std::shared_ptr<const UndistortionMap>& map) {
   XrayFrame frame;
   frame.camera = cameraFromCalibration(calibration, raw.width, raw.height);
+  if (map) checkSize(*map, calibration);
   frame.attenuation = linearized(std::move(raw), saturation_value, options);
-  UndistortionMaps own_maps;
-  if (isDistorted(calibration)) {
-    undistort(calibration.distortion, maps != nullptr ? maps : &own_maps, &frame);
+  StraightenedPixels own_pixels;
+  if (map || isDistorted(calibration)) {
+    undistort(calibration, map, pixels != nullptr ? pixels : &own_pixels, &frame);
   } else {
     frame.mask = MaskImage(frame.attenuation.width, frame.attenuation.height, kUse);
   }

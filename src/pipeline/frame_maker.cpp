@@ -22,6 +22,28 @@ MaskImage readMask(const std::string& path, const std::string& parameter) {
   return result;
 }
 
+std::shared_ptr<const UndistortionMap> readMap(const std::string& path, const std::string& parameter) {
+  try {
+    return std::make_shared<const UndistortionMap>(UndistortionMap::read(path));
+  } catch (const UndistortionMapError& error) {
+    throw ParameterError("parameter " + parameter + " is '" + path + "', which cannot be used: " + error.what());
+  }
+}
+
+/// A file of one view, and the parameter that names it.
+struct ViewFile {
+  std::string path;  ///< Empty: none.
+  std::string parameter;
+};
+
+/// The view's own file, image/<name>s/<view>, or else that of all views, image/<name>.
+ViewFile fileOf(const std::string& view, const std::string& name, const std::map<std::string, std::string>& own_files,
+                const std::string& common_file) {
+  const auto own = own_files.find(view);
+  if (own != own_files.end() && !own->second.empty()) return {own->second, "image/" + name + "s/" + view};
+  return {common_file, "image/" + name};
+}
+
 std::string sizeInWords(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 /// The largest value that the detector can give.
@@ -36,25 +58,27 @@ double saturationOf(const RawImage& raw, const ImageParameters& options) {
 }  // namespace
 
 FrameMaker::FrameMaker(const ImageParameters& options, const std::vector<std::string>& view_names) : options_(options) {
-  for (const std::string& view : view_names) {
-    const auto own = options.masks.find(view);
-    const bool has_own = own != options.masks.end() && !own->second.empty();
-    const std::string& path = has_own ? own->second : options.mask;
-    if (!path.empty()) masks_[view] = readMask(path, has_own ? "image/masks/" + view : "image/mask");
+  for (const std::string& name : view_names) {
+    View& view = views_[name];
+    const ViewFile mask = fileOf(name, "mask", options.masks, options.mask);
+    if (!mask.path.empty()) view.mask = readMask(mask.path, mask.parameter);
+    const ViewFile map = fileOf(name, "undistortion_map", options.undistortion_maps, options.undistortion_map);
+    if (!map.path.empty()) view.map = readMap(map.path, map.parameter);
   }
 }
 
 ViewInput FrameMaker::makeView(RawView raw) {
   if (!raw.image) throw FrameError(raw.problem.empty() ? "no image" : raw.problem);
+  View& view = views_[raw.name];
   const double saturation = saturationOf(*raw.image, options_);
-  XrayFrame frame =
-      makeXrayFrame(std::move(raw.image->pixels), saturation, raw.calibration, options_.linearize, &maps_[raw.name]);
-  const MaskImage& user = masks_[raw.name];
-  if (!user.empty() && (user.width != frame.attenuation.width || user.height != frame.attenuation.height)) {
+  XrayFrame frame = makeXrayFrame(std::move(raw.image->pixels), saturation, raw.calibration, options_.linearize,
+                                  &view.pixels, view.map);
+  if (!view.mask.empty() &&
+      (view.mask.width != frame.attenuation.width || view.mask.height != frame.attenuation.height)) {
     throw FrameError("the image is " + sizeInWords(frame.attenuation.width, frame.attenuation.height) +
-                     " but its mask (image/mask) is " + sizeInWords(user.width, user.height));
+                     " but its mask (image/mask) is " + sizeInWords(view.mask.width, view.mask.height));
   }
-  maskFrame(&frame, options_.find, user);
+  maskFrame(&frame, options_.find, view.mask);
   return ViewInput(std::make_shared<const XrayFrame>(std::move(frame)), raw.T_view_first);
 }
 

@@ -26,6 +26,14 @@ void readCt(const YAML::Node& tree, CtParameters* ct) {
   group.refuseUnknown();
 }
 
+/// image/<name>/<view>: a file for one view.
+void readPerView(const YAML::Node& image_tree, const std::string& name, const std::vector<std::string>& views,
+                 std::map<std::string, std::string>* files) {
+  ParameterGroup per_view(image_tree, name, "image/");
+  for (const std::string& view : views) per_view.words(view, &(*files)[view]);
+  per_view.refuseUnknown();
+}
+
 void readImage(const YAML::Node& tree, const std::vector<std::string>& views, ImageParameters* image) {
   ParameterGroup group(tree, "image");
   group.choice<ImageKind>("kind",
@@ -39,13 +47,12 @@ void readImage(const YAML::Node& tree, const std::vector<std::string>& views, Im
   group.flag("find_letters", &image->find.letters);
   group.flag("find_metal", &image->find.metal);
   group.words("mask", &image->mask);
-  const YAML::Node masks = group.known("masks");
+  group.words("undistortion_map", &image->undistortion_map);
+  const bool masks = ParameterGroup::isGiven(group.known("masks"));
+  const bool maps = ParameterGroup::isGiven(group.known("undistortion_maps"));
   group.refuseUnknown();
-  if (!ParameterGroup::isGiven(masks)) return;
-  const YAML::Node image_tree = tree["image"];
-  ParameterGroup per_view(image_tree, "masks", "image/");
-  for (const std::string& view : views) per_view.words(view, &image->masks[view]);
-  per_view.refuseUnknown();
+  if (masks) readPerView(tree["image"], "masks", views, &image->masks);
+  if (maps) readPerView(tree["image"], "undistortion_maps", views, &image->undistortion_maps);
 }
 
 void readFrames(const YAML::Node& tree, FrameParameters* frames) {

@@ -6,7 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <random>
+
+#include "test/image/distorted_grids.h"
 
 namespace xray_registration {
 namespace {
@@ -273,32 +276,32 @@ void expectSameFrame(const XrayFrame& a, const XrayFrame& b) {
   EXPECT_EQ(a.mask.pixels, b.mask.pixels);
 }
 
-TEST(UndistortionMaps, GiveTheSamePixelsAndAreMadeOnce) {
+TEST(StraightenedPixels, GiveTheSamePixelsAndAreMadeOnce) {
   Calibration c = calibration();
   c.distortion = {0.25, 0.05, 0.004, -0.003, 0.02};
-  UndistortionMaps maps;
+  StraightenedPixels pixels;
   const FloatImage first = transmission(40000.0);
-  expectSameFrame(makeXrayFrame(first, kMono16, c, {}, &maps), makeXrayFrame(first, kMono16, c, {}));
-  EXPECT_EQ(maps.distortion, c.distortion);
-  // Spoilt maps tell whether the next frame uses them.
-  maps.seen.at(30, 20) = 0;
+  expectSameFrame(makeXrayFrame(first, kMono16, c, {}, &pixels), makeXrayFrame(first, kMono16, c, {}));
+  EXPECT_EQ(pixels.calibration.distortion, c.distortion);
+  // Spoilt ones tell whether the next frame uses them.
+  pixels.seen.at(30, 20) = 0;
   const FloatImage second = transmission(30000.0);
   XrayFrame expected = makeXrayFrame(second, kMono16, c, {});
   EXPECT_NE(expected.mask.at(30, 20), 0);
   expected.mask.at(30, 20) = 0;
-  expectSameFrame(makeXrayFrame(second, kMono16, c, {}, &maps), expected);
+  expectSameFrame(makeXrayFrame(second, kMono16, c, {}, &pixels), expected);
 }
 
-TEST(UndistortionMaps, FollowTheCalibration) {
+TEST(StraightenedPixels, FollowTheCalibration) {
   const FloatImage image = transmission(40000.0);
   Calibration c = calibration();
   c.distortion = {0.25, 0.05, 0.004, -0.003, 0.02};
-  UndistortionMaps maps;
-  makeXrayFrame(image, kMono16, c, {}, &maps);
+  StraightenedPixels pixels;
+  makeXrayFrame(image, kMono16, c, {}, &pixels);
   const auto expect_noticed = [&] {
-    const std::vector<float> before = maps.source_u.pixels;
-    expectSameFrame(makeXrayFrame(image, kMono16, c, {}, &maps), makeXrayFrame(image, kMono16, c, {}));
-    EXPECT_NE(maps.source_u.pixels, before);
+    const std::vector<float> before = pixels.source_u.pixels;
+    expectSameFrame(makeXrayFrame(image, kMono16, c, {}, &pixels), makeXrayFrame(image, kMono16, c, {}));
+    EXPECT_NE(pixels.source_u.pixels, before);
   };
   c.distortion[2] = 0.008;
   expect_noticed();
@@ -313,15 +316,157 @@ TEST(UndistortionMaps, FollowTheCalibration) {
   small.roi_height = 40;
   FloatImage part(60, 40);
   for (int v = 0; v < 40; ++v) std::copy_n(&image.at(0, v), 60, &part.at(0, v));
-  expectSameFrame(makeXrayFrame(part, kMono16, small, {}, &maps), makeXrayFrame(part, kMono16, small, {}));
+  expectSameFrame(makeXrayFrame(part, kMono16, small, {}, &pixels), makeXrayFrame(part, kMono16, small, {}));
 }
 
-TEST(UndistortionMaps, AreNotMadeForAStraightLens) {
-  UndistortionMaps maps;
+TEST(StraightenedPixels, AreNotMadeForAStraightLens) {
+  StraightenedPixels pixels;
   const FloatImage image = transmission(40000.0);
-  expectSameFrame(makeXrayFrame(image, kMono16, calibration(), {}, &maps),
+  expectSameFrame(makeXrayFrame(image, kMono16, calibration(), {}, &pixels),
                   makeXrayFrame(image, kMono16, calibration(), {}));
-  EXPECT_TRUE(maps.source_u.empty());
+  EXPECT_TRUE(pixels.source_u.empty());
+}
+
+/// A detector with an S-shape, and its map from marks all over its middle.
+const distorted::Detector kDetector{64, 48, 2.0, 2.5};
+
+std::shared_ptr<const UndistortionMap> detectorMap() {
+  std::vector<PixelPair> pairs;
+  for (int v = 4; v <= 44; v += 4) {
+    for (int u = 4; u <= 60; u += 4) pairs.push_back({kDetector.rawOf({u, v}), Eigen::Vector2d(u, v)});
+  }
+  return std::make_shared<const UndistortionMap>(UndistortionMap::fitted(64, 48, pairs));
+}
+
+TEST(StraightenedPixels, LensAndDetectorAreOneInterpolation) {
+  Calibration c = calibration();
+  c.distortion = {0.25, 0.05, 0.004, -0.003, 0.02};
+  const auto map = detectorMap();
+  StraightenedPixels pixels;
+  const FloatImage image = transmission(40000.0);
+  const XrayFrame frame = makeXrayFrame(image, kMono16, c, {}, &pixels, map);
+  const XrayCamera camera = cameraFromCalibration(c, 64, 48);
+  double moved = 0.0;
+  for (int v = 0; v < 48; ++v) {
+    for (int u = 0; u < 64; ++u) {
+      const Eigen::Vector3d ray = camera.rayDirection(u, v);
+      const Eigen::Vector2d seen = distorted(c.distortion, ray.x(), ray.y());
+      const Eigen::Vector2d straight = camera.project({seen.x(), seen.y(), 1.0});
+      // Lens first, detector second; both in doubles here and with one rounding to float there: 4e-6 of 64 pixels.
+      const Eigen::Vector2d raw = map->rawPixel(straight);
+      ASSERT_NEAR(pixels.source_u.at(u, v), raw.x(), 1e-4) << u << ", " << v;
+      ASSERT_NEAR(pixels.source_v.at(u, v), raw.y(), 1e-4) << u << ", " << v;
+      const bool inside = raw.x() >= 0.0 && raw.x() <= 63.0 && raw.y() >= 0.0 && raw.y() <= 47.0;
+      ASSERT_EQ(frame.mask.at(u, v) != 0, inside && map->covers(straight)) << u << ", " << v;
+      moved = std::max(moved, (raw - straight).norm());
+    }
+  }
+  EXPECT_GT(moved, 1.0) << "the detector's distortion must be worth the test";
+  EXPECT_TRUE(allFinite(frame.attenuation));
+}
+
+/// What a detector with this distortion shows of a scene, as floats that are taken as they are.
+FloatImage seenBy(const distorted::Detector& detector, const std::function<double(const Eigen::Vector2d&)>& scene) {
+  FloatImage raw(detector.width, detector.height);
+  for (int v = 0; v < raw.height; ++v) {
+    for (int u = 0; u < raw.width; ++u) {
+      const Eigen::Vector2d straight = detector.straightOf(Eigen::Vector2d(u, v));
+      raw.at(u, v) = static_cast<float>(scene(straight));
+    }
+  }
+  return raw;
+}
+
+double smoothScene(const Eigen::Vector2d& p) { return 3.0 + 0.02 * p.x() - 0.015 * p.y() + 1e-4 * p.x() * p.y(); }
+
+TEST(XrayFrame, ADetectorsDistortionIsUndoneAndWhatIsBeyondItsGridMasked) {
+  LinearizeOptions as_it_is;
+  as_it_is.kind = ImageKind::kAttenuation;
+  const auto map = detectorMap();
+  const FloatImage raw = seenBy(kDetector, smoothScene);
+  const XrayFrame frame = makeXrayFrame(raw, 0.0, calibration(), as_it_is, nullptr, map);
+  double before = 0.0;
+  int covered = 0;
+  for (int v = 0; v < 48; ++v) {
+    for (int u = 0; u < 64; ++u) {
+      const bool covers = map->covers(Eigen::Vector2d(u, v));
+      covered += covers ? 1 : 0;
+      const Eigen::Vector2d from = kDetector.rawOf(Eigen::Vector2d(u, v));
+      const double rim_px = std::min({from.x(), from.y(), 63.0 - from.x(), 47.0 - from.y()});
+      if (std::abs(rim_px) < 0.05) continue;  // The map is not the truth itself.
+      ASSERT_EQ(frame.mask.at(u, v) != 0, covers && rim_px > 0.0) << u << ", " << v;
+      if (frame.mask.at(u, v) == 0) continue;
+      // OpenCV places its bilinear samples to 1/32 pixel: 0.016 px times 0.03 per pixel.
+      ASSERT_NEAR(frame.attenuation.at(u, v), smoothScene({u, v}), 1e-3) << u << ", " << v;
+      before = std::max(before, std::abs(raw.at(u, v) - smoothScene({u, v})));
+    }
+  }
+  EXPECT_GT(before, 0.02) << "the distortion must be worth the test";
+  // The grid ends four pixels before the border; a mark in its corner may have been left out.
+  EXPECT_NEAR(covered, 57 * 41, 20);
+}
+
+TEST(XrayFrame, ADetectorsMapKnowsRoiAndBinning) {
+  const distorted::Detector detector{128, 96, 4.0, 5.0};
+  std::vector<PixelPair> pairs;
+  for (int v = 0; v <= 95; v += 5) {
+    for (int u = 0; u <= 127; u += 5) pairs.push_back({detector.rawOf({u, v}), Eigen::Vector2d(u, v)});
+  }
+  const auto map = std::make_shared<const UndistortionMap>(UndistortionMap::fitted(128, 96, pairs));
+  Calibration c = calibration(128, 96);
+  c.roi_x = 24;
+  c.roi_y = 16;
+  c.roi_width = 96;
+  c.roi_height = 64;
+  c.binning_x = 2;
+  c.binning_y = 4;
+  // The detector sees the smooth scene and hands out means of its blocks.
+  const FloatImage sensor = seenBy(detector, smoothScene);
+  FloatImage part(48, 16);
+  for (int v = 0; v < 16; ++v) {
+    for (int u = 0; u < 48; ++u) {
+      double sum = 0.0;
+      for (int i = 0; i < 8; ++i) sum += sensor.at(24 + 2 * u + i % 2, 16 + 4 * v + i / 2);
+      part.at(u, v) = static_cast<float>(sum / 8.0);
+    }
+  }
+  LinearizeOptions as_it_is;
+  as_it_is.kind = ImageKind::kAttenuation;
+  const XrayFrame frame = makeXrayFrame(part, 0.0, c, as_it_is, nullptr, map);
+  int used = 0;
+  for (int v = 0; v < 16; ++v) {
+    for (int u = 0; u < 48; ++u) {
+      if (frame.mask.at(u, v) == 0) continue;
+      ++used;
+      // Steps of a binned pixel are up to 0.1, placed to 1/32 pixel.
+      ASSERT_NEAR(frame.attenuation.at(u, v), smoothScene({24 + 2 * u + 0.5, 16 + 4 * v + 1.5}), 2.5e-3)
+          << u << ", " << v;
+    }
+  }
+  EXPECT_GT(used, 500);
+}
+
+TEST(XrayFrame, AMapOfAnotherSensorIsRefusedWithBothSizes) {
+  Calibration c = calibration(128, 48);
+  c.binning_x = 2;  // The image has the map's size, the sensor has not.
+  const auto make = [&] { makeXrayFrame(transmission(1000.0), kMono16, c, {}, nullptr, detectorMap()); };
+  expectError("128 × 48", make);
+  expectError("64 × 48", make);
+  expectError("image/undistortion_map", make);
+}
+
+TEST(StraightenedPixels, FollowTheMap) {
+  const FloatImage image = transmission(40000.0);
+  StraightenedPixels pixels;
+  const auto first = detectorMap();
+  expectSameFrame(makeXrayFrame(image, kMono16, calibration(), {}, &pixels, first),
+                  makeXrayFrame(image, kMono16, calibration(), {}, nullptr, first));
+  pixels.seen.at(30, 20) = 0;  // Tells whether the next frame uses them.
+  EXPECT_EQ(makeXrayFrame(image, kMono16, calibration(), {}, &pixels, first).mask.at(30, 20), 0);
+  const auto second = detectorMap();
+  EXPECT_NE(makeXrayFrame(image, kMono16, calibration(), {}, &pixels, second).mask.at(30, 20), 0);
+  EXPECT_EQ(makeXrayFrame(image, kMono16, calibration(), {}, &pixels).attenuation.pixels,
+            makeXrayFrame(image, kMono16, calibration(), {}).attenuation.pixels);
 }
 
 }  // namespace

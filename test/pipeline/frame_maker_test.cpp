@@ -38,6 +38,17 @@ class Maker : public testing::Test {
     return path;
   }
 
+  /// A detector of the given size that shows everything `shift_px` too far to the right.
+  std::string writeMap(const std::string& name, int width, int height, double shift_px) const {
+    std::vector<PixelPair> pairs;
+    for (int v = 0; v < height; v += 4) {
+      for (int u = 0; u < width; u += 4) pairs.push_back({Eigen::Vector2d(u + shift_px, v), Eigen::Vector2d(u, v)});
+    }
+    const std::string path = (folder_ / name).string();
+    UndistortionMap::fitted(width, height, pairs).write(path);
+    return path;
+  }
+
   std::filesystem::path folder_;
 };
 
@@ -125,6 +136,55 @@ TEST_F(Maker, UnreadableMasksAreNamed) {
       const std::string text = error.what();
       EXPECT_NE(text.find(view == "b" ? "image/masks/b" : "image/mask"), std::string::npos) << text;
       EXPECT_NE(text.find("/nowhere/"), std::string::npos) << text;
+    }
+  }
+}
+
+TEST_F(Maker, EachViewHasItsOwnUndistortionMapOrThatOfAll) {
+  ImageParameters options = plain();
+  options.undistortion_map = writeMap("all.yaml", 32, 24, 1.0);
+  options.undistortion_maps["b"] = writeMap("b.yaml", 32, 24, 3.0);
+  FrameMaker maker(options, {"a", "b"});
+  const XrayFrame raw = makeXrayFrame(someView().image->pixels, 65535.0, someView().calibration, {});
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    const FrameViews frame = maker.make({someView("a"), someView("b")});
+    ASSERT_TRUE(frame.problem.empty()) << frame.problem;
+    for (const auto& [view, shift] : {std::make_pair(0, 1), std::make_pair(1, 3)}) {
+      const XrayFrame& straight = *frame.views[static_cast<std::size_t>(view)]->xray;
+      // The marks reach from the first pixel to the last multiple of four. Numbers of the fit round by 1e-12 px.
+      for (int v = 1; v < 20; ++v) {
+        for (int u = 1; u < 28; ++u) {
+          ASSERT_NEAR(straight.attenuation.at(u, v), raw.attenuation.at(u + shift, v), 1e-5);
+          ASSERT_NE(straight.mask.at(u, v), 0);
+        }
+      }
+      EXPECT_EQ(straight.mask.at(30, 10), 0) << "beyond the marks";
+    }
+  }
+}
+
+TEST_F(Maker, AnUndistortionMapOfAnotherSizeIsNamedWithBothSizes) {
+  ImageParameters options = plain();
+  options.undistortion_map = writeMap("small.yaml", 16, 12, 0.0);
+  FrameMaker maker(options, {""});
+  const std::string problem = maker.make({someView()}).problem;
+  for (const char* word : {"32 × 24", "16 × 12", "image/undistortion_map"}) {
+    EXPECT_NE(problem.find(word), std::string::npos) << problem;
+  }
+}
+
+TEST_F(Maker, UnreadableUndistortionMapsAreNamed) {
+  ImageParameters options;
+  options.undistortion_map = "/nowhere/map.yaml";
+  options.undistortion_maps["b"] = writeMask("mask.png", 32, 24, 0, 0);
+  for (const std::string view : {"a", "b"}) {
+    try {
+      FrameMaker maker(options, {view});
+      FAIL() << view;
+    } catch (const ParameterError& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find(view == "b" ? "image/undistortion_maps/b" : "image/undistortion_map"), std::string::npos);
+      EXPECT_NE(text.find(view == "b" ? "mask.png" : "/nowhere/map.yaml"), std::string::npos) << text;
     }
   }
 }

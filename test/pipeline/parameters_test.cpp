@@ -35,7 +35,8 @@ TEST(Parameters, HaveDefaults) {
 TEST(Parameters, AreRead) {
   const NodeParameters parameters = parse(R"(
 ct: {path: /tmp/a.nii, series_uid: "1.2.3", directory: /tmp, water_attenuation: 0.019, threshold_hu: -700, label: 3}
-image: {kind: inverted, find_metal: false, masks: {oblique: b.png}}
+image: {kind: inverted, find_metal: false, masks: {oblique: b.png},
+  undistortion_map: all.yaml, undistortion_maps: {oblique: b.yaml}}
 views: [ap, oblique]
 sync: {tolerance: 0.5, allow_missing_view: true}
 device: gpu
@@ -53,6 +54,8 @@ tracking: {frames_until_lost: 2})");
   EXPECT_EQ(parameters.image.linearize.kind, ImageKind::kInverted);
   EXPECT_FALSE(parameters.image.find.metal);
   EXPECT_EQ(parameters.image.masks.at("oblique"), "b.png");
+  EXPECT_EQ(parameters.image.undistortion_map, "all.yaml");
+  EXPECT_EQ(parameters.image.undistortion_maps.at("oblique"), "b.yaml");
   EXPECT_EQ(parameters.viewNames().size(), 2U);
   EXPECT_EQ(parameters.registrar.method, Method::kPaper);
   EXPECT_EQ(parameters.mode, Mode::kOnDemand);
@@ -99,6 +102,9 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
       {"{sync: {tolerance: -0.1}}", {"sync/tolerance", "-0.1"}},
       {"{accept: {min_similarty: 0.5}}", {"accept/min_similarty", "not known", "min_similarity"}},
       {"{views: [ap], image: {masks: {lateral: x.png}}}", {"image/masks/lateral", "not known", "ap"}},
+      {"{views: [ap], image: {undistortion_maps: {lateral: x.yaml}}}",
+       {"image/undistortion_maps/lateral", "not known", "ap"}},
+      {"{image: {undistortion_map: [a]}}", {"image/undistortion_map", "[a]", "a text"}},
       {"{initial_pose: {position: [0, 0, 1], orientation: [0, 0, 0, 0]}}", {"initial_pose", "orientation", "length"}},
       {"{initial_pose: {position: [0, 0], orientation: [0, 0, 0, 1]}}", {"initial_pose", "position"}},
       {"{initial_pose: [0, 0, 1]}", {"initial_pose", "position"}},

@@ -76,6 +76,7 @@ class Process(unittest.TestCase):
         ({'views': [1, 2]}, ['views', "'1'", 'a letter']),
         ({'image_transport': 'no_such_transport'}, ['image_transport', 'no_such_transport', 'raw']),
         ({'image/mask': '/nowhere/mask.png'}, ['image/mask', '/nowhere/mask.png', 'PNG']),
+        ({'image/undistortion_map': '/nowhere/map.yaml'}, ['image/undistortion_map', '/nowhere/map.yaml', 'no such file']),
         ({'ct': 3}, ['ct', "'3'", 'group']),
     ]
 

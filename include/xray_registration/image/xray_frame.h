@@ -1,12 +1,14 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/image.h"
+#include "xray_registration/image/undistortion_map.h"
 
 namespace xray_registration {
 
@@ -38,6 +40,9 @@ struct Calibration {
   int roi_height = 0;
 };
 
+bool operator==(const Calibration& a, const Calibration& b);
+inline bool operator!=(const Calibration& a, const Calibration& b) { return !(a == b); }
+
 struct LinearizeOptions {
   ImageKind kind = ImageKind::kTransmission;
   /// Intensity of the unattenuated beam in the units of the (for kInverted: inverted) pixels; 0 estimates it from the
@@ -53,14 +58,14 @@ struct XrayFrame {
 };
 
 /// Where the pixels of straightened images come from, kept from frame to frame by whoever makes the frames: one object
-/// per view, one thread at a time. Made when a lens with distortion is first met, and anew when the calibration
+/// per view, one thread at a time. Made when a distortion is first met, and anew when the calibration or the map
 /// changes.
-struct UndistortionMaps {
-  XrayCamera camera;               ///< What they were made for: the undistorted camera,
-  std::vector<double> distortion;  ///< and the lens.
-  FloatImage source_u;             ///< Column in the raw image, pixels.
-  FloatImage source_v;             ///< Row.
-  MaskImage seen;                  ///< 0 where the source lies outside of the raw image, else 255.
+struct StraightenedPixels {
+  Calibration calibration;                     ///< What they were made for,
+  std::shared_ptr<const UndistortionMap> map;  ///< with it; null for a detector without distortion of its own.
+  FloatImage source_u;                         ///< Column in the raw image, pixels.
+  FloatImage source_v;                         ///< Row.
+  MaskImage seen;  ///< 0 where the source lies outside of the raw image or the map does not cover it, else 255.
 };
 
 /// Checks a calibration against the image it came with and resolves ROI and binning. Pixels of a binned image are means
@@ -82,9 +87,14 @@ double estimateOpenField(const FloatImage& transmission, double saturation_value
 /// smallest 2ⁿ − 1 that holds the image, as 12-bit detectors fill 16-bit images.
 /// @param raw  Moved in, its pixels become the attenuation in place.
 /// @param saturation_value  Largest value of the encoding (255, 65535); ≤ 0 or infinite when there is none (floats).
-/// @param maps  Saves making them for every frame; the result is the same without.
-/// @throws FrameError when the calibration or the image (constant, not finite) cannot be used.
+/// The detector's own distortion (`map`, of the whole sensor) comes after the lens in the way of the light: the
+/// calibration's D describes images that `map` has straightened. Both are undone with one interpolation.
+/// @param pixels  Saves finding them for every frame; the result is the same without.
+/// @param map  Null for a detector without distortion of its own.
+/// @throws FrameError when the calibration or the image (constant, not finite) cannot be used, or `map` is of a sensor
+/// of another size.
 XrayFrame makeXrayFrame(FloatImage raw, double saturation_value, const Calibration& calibration,
-                        const LinearizeOptions& options, UndistortionMaps* maps = nullptr);
+                        const LinearizeOptions& options, StraightenedPixels* pixels = nullptr,
+                        const std::shared_ptr<const UndistortionMap>& map = nullptr);
 
 }  // namespace xray_registration

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,12 +30,12 @@ struct FrameViews {
   double prepare_ms = 0.0;
 };
 
-/// Turns pixels into what is registered: linearises, straightens, masks. Keeps the masks of the parameters and the
-/// undistortion maps of the views. Not thread-safe.
+/// Turns pixels into what is registered: linearises, straightens, masks. Keeps the masks and undistortion maps of the
+/// parameters, and where each view's pixels come from. Not thread-safe.
 class FrameMaker {
  public:
-  /// Reads the masks that the parameters name.
-  /// @throws ParameterError when a mask cannot be read.
+  /// Reads the masks and undistortion maps that the parameters name.
+  /// @throws ParameterError when one cannot be read.
   FrameMaker(const ImageParameters& options, const std::vector<std::string>& view_names);
 
   /// What is wrong with a view is said in the result; nothing is thrown for it. Hand the views over by std::move: their
@@ -44,9 +45,15 @@ class FrameMaker {
  private:
   ViewInput makeView(RawView raw);
 
+  /// What belongs to one view.
+  struct View {
+    MaskImage mask;                              ///< Empty where there is none.
+    std::shared_ptr<const UndistortionMap> map;  ///< Null where there is none.
+    StraightenedPixels pixels;                   ///< Kept between frames.
+  };
+
   ImageParameters options_;
-  std::map<std::string, MaskImage> masks_;        ///< By view.
-  std::map<std::string, UndistortionMaps> maps_;  ///< By view, kept between frames.
+  std::map<std::string, View> views_;  ///< By name.
 };
 
 }  // namespace xray_registration

@@ -49,6 +49,8 @@ struct ImageParameters {
   double max_value = 0.0;                    ///< Largest value of the detector; 0 takes it from the encoding.
   std::string mask;                          ///< 8-bit image, non-zero = use; for all views.
   std::map<std::string, std::string> masks;  ///< image/masks/<view>: the same for one view.
+  std::string undistortion_map;              ///< From `calibrate --grid`; for all views.
+  std::map<std::string, std::string> undistortion_maps;  ///< image/undistortion_maps/<view>: the same for one view.
 };
 
 /// frames/…, publish_tf, invert_tf
