@@ -43,6 +43,9 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
 
   xray_tool(render LIBRARIES xray_registration_tools_common)
   xray_tool(make_phantom LIBRARIES xray_registration_tools_common)
+  file(GLOB calibrate_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate/*.cpp)
+  xray_tool(calibrate SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate.cpp ${calibrate_sources}
+            LIBRARIES xray_registration_tools_common)
 endif()
 
 if(XRAY_REGISTRATION_ROS)

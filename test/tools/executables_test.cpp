@@ -91,7 +91,7 @@ std::size_t lineCount(const std::string& text) {
 
 TEST_F(ExecutablesTest, HelpIsNoError) {
   for (const char* tool :
-       {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor", "compare_poses"}) {
+       {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor", "compare_poses", "calibrate"}) {
     const Outcome outcome = tools().run(std::string(tool) + " --help");
     EXPECT_EQ(outcome.code, 0) << tool;
     EXPECT_NE(outcome.out.find("--help"), std::string::npos) << tool;

@@ -13,16 +13,6 @@
 namespace xray_registration::tools {
 namespace {
 
-void writePng(const std::string& path, const cv::Mat& image) {
-  bool written = false;
-  try {
-    written = cv::imwrite(path, image);
-  } catch (const cv::Exception& error) {
-    throw std::runtime_error(path + ": cannot be written: " + error.what());
-  }
-  if (!written) throw std::runtime_error(path + ": cannot be written");
-}
-
 cv::Mat matOf(const FloatImage& image) {
   cv::Mat mat(image.height, image.width, CV_32F);
   std::copy(image.pixels.begin(), image.pixels.end(), mat.ptr<float>());
@@ -44,6 +34,16 @@ std::pair<double, double> displayRange(const FloatImage& image) {
 }
 
 }  // namespace
+
+void writePng(const std::string& path, const cv::Mat& image) {
+  bool written = false;
+  try {
+    written = cv::imwrite(path, image);
+  } catch (const cv::Exception& error) {
+    throw std::runtime_error(path + ": cannot be written: " + error.what());
+  }
+  if (!written) throw std::runtime_error(path + ": cannot be written");
+}
 
 void writeGreyPng(const std::string& path, const FloatImage& image, double low, double high) {
   writePng(path, eightBits(image, low, high));

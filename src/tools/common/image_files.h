@@ -4,7 +4,15 @@
 
 #include "xray_registration/image/image.h"
 
+namespace cv {
+class Mat;
+}
+
 namespace xray_registration::tools {
+
+/// An image as OpenCV has it: grey or BGR, 8 bits.
+/// @throws std::runtime_error naming the file when it cannot be written.
+void writePng(const std::string& path, const cv::Mat& image);
 
 /// An 8-bit PNG; `low` becomes black and `high` white, and the other way round when low > high.
 /// @throws std::runtime_error naming the file when it cannot be written.
