@@ -57,6 +57,7 @@ struct Candidate {
 
 double areaOf(const std::vector<Node>& nodes) {
   std::vector<cv::Point2f> places;
+  places.reserve(nodes.size());
   for (const Node& node : nodes) places.emplace_back(cv::Point2d(node.pixel.x(), node.pixel.y()));
   std::vector<cv::Point2f> hull;
   cv::convexHull(places, hull);

@@ -87,6 +87,7 @@ std::vector<Spot> spotsOf(const ScaledPicture& picture, Polarity polarity) {
   const std::vector<Peak> peaks = peaksOf(contrast, picture.sigma_px);
   if (peaks.empty()) return {};
   std::vector<float> heights;
+  heights.reserve(peaks.size());
   for (const Peak& peak : peaks) heights.push_back(peak.height);
   const auto lowest = std::max<float>(kFaintest, kWeakest * quantileBelow(&heights, kStrongRank));
   const int rim = static_cast<int>(std::lround(kRim * picture.sigma_px));

@@ -21,6 +21,7 @@ std::vector<Eigen::Vector2d> hullOf(const std::vector<PixelPair>& points, const 
   std::vector<cv::Point2f> corners;
   cv::convexHull(flat, corners);
   std::vector<Eigen::Vector2d> hull;
+  hull.reserve(corners.size());
   for (const cv::Point2f& corner : corners) hull.emplace_back(corner.x, corner.y);
   const cv::Size2f box = cv::minAreaRect(corners).size;
   if (hull.size() < 3 || std::min(box.width, box.height) < kThinnestHull_px) {
