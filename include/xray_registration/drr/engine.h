@@ -5,10 +5,12 @@
 #include <vector>
 
 #include "xray_registration/drr/device.h"
+#include "xray_registration/drr/ray_motion.h"
 #include "xray_registration/drr/resident_volume.h"
 #include "xray_registration/drr/resident_xray.h"
 #include "xray_registration/drr/similarity.h"
 #include "xray_registration/drr/step_sums.h"
+#include "xray_registration/drr/tile_products.h"
 #include "xray_registration/geometry/rigid_transform.h"
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/image.h"
@@ -61,6 +63,12 @@ class Engine {
   /// Correlation of each window (span² tiles, row by row) of the last evaluate's first pose; −2 where a window was left
   /// out.
   virtual std::vector<float> windowCorrelations() = 0;
+
+  /// Sums per tile of one level of an X-ray with the derivatives by any motions of its rays, at most 20, for who asks
+  /// more than the pose. The level may be looked at by another camera than it was uploaded with, and the CT may be
+  /// stretched or mirrored.
+  virtual TileProducts addUpTiles(ResidentXray* xray, int xray_level, int volume_level, const XrayCamera& camera,
+                                  const Eigen::Affine3d& T_camera_ct, const std::vector<RayMotion>& motions) = 0;
 
   /// Line integrals.
   virtual FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) = 0;

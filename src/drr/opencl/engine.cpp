@@ -11,13 +11,13 @@
 #include "drr/opencl/workbench.h"
 #include "xray_registration/drr/opencl/opencl_volume.h"
 #include "xray_registration/drr/opencl/pose_parameters.h"
+#include "xray_registration/drr/tile_shape.h"
 
 namespace xray_registration {
 namespace {
 
 using layout::kRays;
 using layout::kTerms;
-using layout::kTile;
 
 constexpr double kMapVoxelMm = 5.0;  ///< Voxel size that is fine enough for the map of unexplained tissue.
 
@@ -84,22 +84,20 @@ double eventMs(const cl::Event& event) {
                                     event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
 }
 
-/// How the windows lie over an X-ray's tiles.
-struct WindowGrid {
-  WindowGrid(const ResidentXray::Level& xray, int span)
-      // A window never has more tiles than the image; span 0 is one window of everything.
-      : span_x(span == 0 ? xray.tiles_x : std::min(span, xray.tiles_x)),
-        span_y(span == 0 ? xray.tiles_y : std::min(span, xray.tiles_y)),
-        windows_x(xray.tiles_x - span_x + 1),
-        windows_y(xray.tiles_y - span_y + 1),
-        // A window with less than a quarter of its pixels has no reliable mean.
-        min_weight(span == 0 ? 64.0F : 0.25F * static_cast<float>(span_x * span_y * kTile * kTile)) {}
-  int windows() const { return windows_x * windows_y; }
-  int groups() const { return (windows() + kRays - 1) / kRays; }
+void pack(const RayMotion& motion, float* floats) {
+  for (int i = 0; i < 3; ++i) {
+    floats[layout::kMotionSource + i] = static_cast<float>(motion.source[i]);
+    for (int j = 0; j < 3; ++j) {
+      floats[layout::kMotionDirection + 3 * i + j] = static_cast<float>(motion.direction(i, j));
+    }
+  }
+  floats[layout::kMotionRadial] = static_cast<float>(motion.radial);
+  floats[layout::kMotionSwirl] = static_cast<float>(motion.swirl);
+  floats[layout::kMotionOfCamera] = motion.of_camera ? 1.0F : 0.0F;
+}
 
-  int span_x, span_y, windows_x, windows_y;
-  float min_weight;
-};
+/// Work-groups of the windows' kernel.
+int groupsOfWindows(const WindowGrid& grid) { return (grid.windows() + kRays - 1) / kRays; }
 
 class EngineOpenCl : public Engine {
  public:
@@ -161,6 +159,24 @@ class EngineOpenCl : public Engine {
     });
   }
 
+  TileProducts addUpTiles(ResidentXray* xray, int xray_level, int volume_level, const XrayCamera& camera,
+                          const Eigen::Affine3d& T_camera_ct, const std::vector<RayMotion>& motions) override {
+    return guarded(device_->name(), "adding up tiles", [&] {
+      OpenClXray& seen = own(xray);
+      seen.makeReady(xray_level, &bench_);
+      const ResidentXray::Level& tiled = seen.level(xray_level);
+      TileProducts products;
+      products.tiles_x = tiled.tiles_x;
+      products.tiles_y = tiled.tiles_y;
+      products.vectors = 3 + static_cast<int>(motions.size());
+      products.sums.resize(static_cast<std::size_t>(tiled.tiles() * products.stride()));
+      uploadPose(poseParameters(level(volume_level), camera, T_camera_ct.inverse(), Eigen::Vector3d::Zero()));
+      uploadMotions(motions);
+      runMotionSums(seen, xray_level, level(volume_level), static_cast<cl_int>(motions.size()), &products.sums);
+      return products;
+    });
+  }
+
   std::vector<float> windowCorrelations() override {
     return guarded(device_->name(), "reading the windows", [&] {
       std::vector<float> correlations(static_cast<std::size_t>(last_windows_));
@@ -217,6 +233,35 @@ class EngineOpenCl : public Engine {
     bench_.queue().enqueueWriteBuffer(poses_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, pose_staging_.data());
   }
 
+  void uploadPose(const PoseParameters& parameters) {
+    pose_staging_.assign(parameters.begin(), parameters.end());
+    const std::size_t bytes = sizeof(float) * pose_staging_.size();
+    bench_.queue().enqueueWriteBuffer(poses_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, pose_staging_.data());
+  }
+
+  void uploadMotions(const std::vector<RayMotion>& motions) {
+    if (motions.size() > layout::kMostMotions)
+      throw std::invalid_argument("more motions of the rays than a launch takes");
+    motion_staging_.assign(std::max<std::size_t>(motions.size(), 1) * layout::kMotionStride, 0.0F);
+    for (std::size_t i = 0; i < motions.size(); ++i) pack(motions[i], &motion_staging_[i * layout::kMotionStride]);
+    const std::size_t bytes = sizeof(float) * motion_staging_.size();
+    bench_.queue().enqueueWriteBuffer(motions_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, motion_staging_.data());
+  }
+
+  void runMotionSums(const OpenClXray& xray, int xray_level, const OpenClLevel& ct, cl_int motions,
+                     std::vector<float>* sums) {
+    const ResidentXray::Level& seen = xray.level(xray_level);
+    const auto groups = static_cast<std::size_t>(seen.tiles());
+    FastKernels& k = bench_.kernels(chooseSplit(groups));
+    planTiles(ct, seen.tiles_x, seen.tiles(), 1, xray.usedTiles(xray_level));
+    const std::size_t bytes = sizeof(float) * sums->size();
+    const cl::Buffer& out = sums_.atLeast(bytes, &bench_);
+    bench_.run(&k.motion_sums, groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
+               plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width, seen.camera.height,
+               xray.attenuation(xray_level), xray.weight(xray_level), out, motions_.get(), motions);
+    bench_.queue().enqueueReadBuffer(out, CL_TRUE, 0, bytes, sums->data());
+  }
+
   const cl::Buffer& allTiles(int tiles) {
     if (tiles > all_tiles_count_) {
       const std::vector<cl_int> ones(static_cast<std::size_t>(tiles), 1);
@@ -252,13 +297,13 @@ class EngineOpenCl : public Engine {
   const std::vector<float>& addUpWindows(const ResidentXray::Level& xray, std::size_t poses,
                                          const WindowOptions& options) {
     const auto square = [](double value) { return static_cast<float>(value * value); };
-    const WindowGrid grid(xray, options.span);
+    const WindowGrid grid(xray.tiles_x, xray.tiles_y, options.span);
     last_windows_ = grid.windows();
-    const std::size_t groups = static_cast<std::size_t>(grid.groups()) * poses;
+    const std::size_t groups = static_cast<std::size_t>(groupsOfWindows(grid)) * poses;
     terms_staging_.resize(groups * kTerms);
     const std::size_t bytes = sizeof(float) * terms_staging_.size();
     bench_.run(&bench_.kernels().windows, groupsOf(kRays, groups, &windows_event_), sums_.get(), xray.tiles_x,
-               xray.tiles_y, grid.span_x, grid.span_y, grid.windows_x, grid.windows_y, grid.groups(),
+               xray.tiles_y, grid.span_x, grid.span_y, grid.windows_x, grid.windows_y, groupsOfWindows(grid),
                square(options.epsilon_value), square(options.epsilon_xray), static_cast<float>(options.robust_scale2),
                square(options.contrast), grid.min_weight,
                correlations_.atLeast(sizeof(float) * static_cast<std::size_t>(grid.windows()) * poses, &bench_),
@@ -294,9 +339,10 @@ class EngineOpenCl : public Engine {
   std::unique_ptr<OpenClVolume> volume_;
   std::shared_ptr<SpareStorage> spare_xrays_ = std::make_shared<SpareStorage>();
   int forced_split_ = 0;
-  GrowingBuffer poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_, map_;
+  GrowingBuffer poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_, map_, motions_;
   int all_tiles_count_ = 0;
   std::vector<float> pose_staging_;
+  std::vector<float> motion_staging_;
   std::vector<float> terms_staging_;
   int last_windows_ = 0;
   cl::Event plan_event_, march_event_, windows_event_;

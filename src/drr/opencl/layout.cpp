@@ -41,6 +41,13 @@ std::string layoutOptions() {
       {"T_CONTENT", kTermContent},
       {"T_SCATTER", kTermScatter},
       {"TERMS_USED", kTermsUsed},
+      {"MOST_MOTIONS", kMostMotions},
+      {"MOTION_STRIDE", kMotionStride},
+      {"M_SOURCE", kMotionSource},
+      {"M_DIRECTION", kMotionDirection},
+      {"M_RADIAL", kMotionRadial},
+      {"M_SWIRL", kMotionSwirl},
+      {"M_OF_CAMERA", kMotionOfCamera},
       {"MAP_STEP", kMapStep},
   };
   std::string options;

@@ -19,9 +19,14 @@ void store(const Eigen::Vector3d& vector, int offset, PoseParameters* parameters
 
 PoseParameters poseParameters(const OpenClLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct,
                               const Eigen::Vector3d& centre_camera_mm) {
+  return poseParameters(level, camera, Eigen::Affine3d(T_camera_ct.inverse()), centre_camera_mm);
+}
+
+PoseParameters poseParameters(const OpenClLevel& level, const XrayCamera& camera, const Eigen::Affine3d& T_ct_camera,
+                              const Eigen::Vector3d& centre_camera_mm) {
   PoseParameters parameters{};
   // G carries camera millimetres to voxel steps.
-  const Eigen::Matrix3d G = level.index_from_ct.linear() * T_camera_ct.linear().transpose();
+  const Eigen::Matrix3d G = level.index_from_ct.linear() * T_ct_camera.linear();
   const double mid_u = 0.5 * (camera.width - 1);
   const double mid_v = 0.5 * (camera.height - 1);
   Eigen::Matrix3d camera_from_pixel = Eigen::Matrix3d::Zero();
@@ -33,7 +38,7 @@ PoseParameters poseParameters(const OpenClLevel& level, const XrayCamera& camera
   const Eigen::Matrix3d direction = G * camera_from_pixel;
 
   const Eigen::Vector3d box_centre(level.grid.centre[0], level.grid.centre[1], level.grid.centre[2]);
-  const Eigen::Vector3d source = level.index_from_ct * (T_camera_ct.inverse().translation()).eval() - box_centre;
+  const Eigen::Vector3d source = level.index_from_ct * T_ct_camera.translation().eval() - box_centre;
   Eigen::Matrix3d cross;
   for (int column = 0; column < 3; ++column) cross.col(column) = source.cross(direction.col(column));
 

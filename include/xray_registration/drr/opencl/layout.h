@@ -2,12 +2,14 @@
 
 #include <string>
 
+#include "xray_registration/drr/tile_shape.h"
+
 /// What the fast method's kernels and their host agree on: sizes, and where things stand in buffers. The host uses
 /// these constants, the kernels get them by -D (layoutOptions); a kernel whose constant is missing does not compile.
 namespace xray_registration::layout {
 
 // Tiles of the image: a work-group renders one.
-constexpr int kTile = 8;              ///< Pixels along a tile's side.
+constexpr int kTile = kTilePixels;
 constexpr int kRays = kTile * kTile;  ///< Of a tile. Also the items of the groups that do not march.
 
 // The CT on the device.
@@ -49,6 +51,15 @@ constexpr int kTermsUsed = 53;
 
 constexpr float kInlierCorrelation = 0.4F;  ///< A window that correlates better shows the CT.
 constexpr float kLeftOut = -2.0F;           ///< "Correlation" of a window that does not count.
+
+// A motion of the rays (ray_motion.h), floats.
+constexpr int kMostMotions = 20;  ///< Of one launch: what a tile's vectors leave room for in local memory.
+constexpr int kMotionStride = 16;
+constexpr int kMotionSource = 0;     ///< 3
+constexpr int kMotionDirection = 3;  ///< 3 × 3, row by row
+constexpr int kMotionRadial = 12;
+constexpr int kMotionSwirl = 13;
+constexpr int kMotionOfCamera = 14;  ///< 1 or 0
 
 constexpr int kMapStep = 4;  ///< Pixels between the points of the map of unexplained tissue.
 

@@ -17,4 +17,8 @@ using PoseParameters = std::array<float, layout::kPoseStride>;
 PoseParameters poseParameters(const OpenClLevel& level, const XrayCamera& camera, const RigidTransform& T_camera_ct,
                               const Eigen::Vector3d& centre_camera_mm);
 
+/// The same for a CT that is also stretched or mirrored; from the camera to the CT, since that is what is needed.
+PoseParameters poseParameters(const OpenClLevel& level, const XrayCamera& camera, const Eigen::Affine3d& T_ct_camera,
+                              const Eigen::Vector3d& centre_camera_mm);
+
 }  // namespace xray_registration

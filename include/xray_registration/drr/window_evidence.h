@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "xray_registration/drr/similarity.h"
+#include "xray_registration/drr/tile_products.h"
+
+namespace xray_registration {
+
+/// What one window of tiles says about the parameters that its tiles' vectors are derivatives by.
+struct WindowEvidence {
+  int x = 0;  ///< First tile.
+  int y = 0;
+  double pixels = 0.0;       ///< Σ weight.
+  double content = 0.0;      ///< 0 … 1: how much of the DRR's variance is more than flat.
+  double importance = 0.0;   ///< Weight of the window in the objective, robustness apart.
+  double correlation = 0.0;  ///< Of X-ray and DRR.
+  double cost = 0.0;         ///< importance · ρ(1 − correlation)
+  Eigen::VectorXd gradient;  ///< Of the cost, exact.
+  Eigen::MatrixXd matrix;    ///< Gauss-Newton.
+};
+
+/// The windows that count, from their tiles' sums, in double: what kernels/windows.cl adds up on the device for the six
+/// of the pose, here one by one and for any number of parameters. docs/design.md has the formulae.
+std::vector<WindowEvidence> windowEvidence(const TileProducts& products, const WindowOptions& options);
+
+}  // namespace xray_registration

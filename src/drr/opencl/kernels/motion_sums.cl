@@ -1,0 +1,88 @@
+// Sums of line integrals and their derivatives by any motions of the rays (ray_motion.h), not only the pose's: what a
+// focal length, a distortion or the CT's size would do to the image. Slower than intensity_sums, for the check of what
+// was told, which runs now and then.
+
+// The derivative of a ray's line integral by where its source is and by its direction, camera axes.
+typedef struct {
+  float3 source, direction;
+} RayGradient;
+
+// As chain_rule, for any motion: dm_a = (dd_a − m_a dd_k) / d_k, and G carries camera axes to voxels.
+INLINE RayGradient ray_gradient(__global const float* pose, int k, const RayGeometry g, float value, float sa, float sb,
+                                float ja, float jb) {
+  const int a = (k + 1) % 3, b = (k + 2) % 3;
+  const float along_a = fma(-pose[P_SOURCE + k], sa, ja) * g.inv_dk;
+  const float along_b = fma(-pose[P_SOURCE + k], sb, jb) * g.inv_dk;
+  const float source_k = -fma(g.m_a, sa, g.m_b * sb);
+  const float direction_k = -fma(g.inv_dk, value, fma(g.m_a, along_a, g.m_b * along_b));
+  __global const float* rotation = pose + P_ROTATION;
+  const float3 row_k = vload3(k, rotation), row_a = vload3(a, rotation), row_b = vload3(b, rotation);
+  RayGradient gradient;
+  gradient.source = row_k * source_k + row_a * sa + row_b * sb;
+  gradient.direction = row_k * direction_k + row_a * along_a + row_b * along_b;
+  return gradient;
+}
+
+INLINE float derivative_by(__global const float* motion, const RayGradient gradient, float3 d, float value) {
+  const float r2 = fma(d.x, d.x, d.y * d.y);
+  const float3 turned = (float3)(-d.y, d.x, 0.0f), outwards = (float3)(d.x, d.y, 0.0f);
+  __global const float* matrix = motion + M_DIRECTION;
+  const float3 moved = (float3)(dot(vload3(0, matrix), d), dot(vload3(1, matrix), d), dot(vload3(2, matrix), d)) +
+                       r2 * (motion[M_RADIAL] * outwards + motion[M_SWIRL] * turned);
+  // A ray of the camera that leans more is longer between two slices.
+  const float lengthened = motion[M_OF_CAMERA] * value * dot(d, moved) / (r2 + 1.0f);
+  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened;
+}
+
+__kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
+void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion_count) {
+  __local float vectors[(3 + MOST_MOTIONS) * RAYS];
+  __local float weights[RAYS];
+  __local float weighted[RAYS];
+  __local float reference[2];
+  PREPARE_RAYS
+  MARCH_WITH_DERIVATIVES
+  JOIN_PARTS
+  if (get_local_id(0) == 0) {
+    const RayGeometry g = ray_geometry(pose, k, RAY_U(0), RAY_V(0));
+    reference[0] = value[0] * g.length_mm * pose[P_SCALE];
+    reference[1] = xray[min(origin.y, height - 1) * width + min(origin.x, width - 1)];
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (part == 0) {
+    for (int r = 0; r < LANES; ++r) {
+      const int ray = first_ray + r;
+      const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
+      const int pixel = min(row, height - 1) * width + min(column, width - 1);
+      const RayGeometry g = ray_geometry(pose, k, RAY_U(ray), RAY_V(ray));
+      const float mm = g.length_mm * pose[P_SCALE];
+      const RayGradient gradient =
+          ray_gradient(pose, k, g, value[r] * mm, mm * (k == 0 ? sum_dq[r] : sum_dp[r]),
+                       mm * (k == 0 ? sum_dp[r] : sum_dq[r]), mm * (k == 0 ? sum_jdq[r] : sum_jdp[r]),
+                       mm * (k == 0 ? sum_jdp[r] : sum_jdq[r]));
+      weights[ray] = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);
+      vectors[ray] = 1.0f;
+      vectors[RAYS + ray] = value[r] * mm - reference[0];
+      vectors[2 * RAYS + ray] = xray[pixel] - reference[1];
+      for (int i = 0; i < motion_count; ++i) {
+        vectors[(3 + i) * RAYS + ray] = derivative_by(motions + i * MOTION_STRIDE, gradient, g.d_camera, value[r] * mm);
+      }
+    }
+  }
+  const int count = 3 + motion_count;
+  __global float* out = sums_out + (size_t)get_group_id(0) * (count * (count + 1) / 2 + 2);
+  int pair = 0;
+  for (int first = 0; first < count; ++first) {
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int ray = get_local_id(0); ray < RAYS; ray += GROUP) weighted[ray] = weights[ray] * vectors[first * RAYS + ray];
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int second = first + (int)get_local_id(0); second < count; second += GROUP) {
+      out[pair + second - first] = product_of(weighted, vectors + second * RAYS);
+    }
+    pair += count - first;
+  }
+  if (get_local_id(0) == 0) {
+    out[pair] = reference[0];
+    out[pair + 1] = reference[1];
+  }
+}
