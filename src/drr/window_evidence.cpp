@@ -8,84 +8,80 @@
 namespace xray_registration {
 namespace {
 
-/// A window's sums as a symmetric matrix over the vectors, relative to one pair of values.
-class WindowSums {
- public:
-  WindowSums(const TileProducts& products, int x, int y, int span_x, int span_y)
-      : sums_(Eigen::MatrixXd::Zero(products.vectors, products.vectors)),
-        value_(products.tile(x, y)[products.pairs()]),
-        xray_(products.tile(x, y)[products.pairs() + 1]) {
-    for (int row = y; row < y + span_y; ++row) {
-      for (int column = x; column < x + span_x; ++column) add(products, products.tile(column, row));
+constexpr int kMostVectors = 3 + kMostRayMotions;
+using Products = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostVectors, kMostVectors>;
+
+/// Adds a tile's products to a window's. The tile's are relative to its own values of DRR and X-ray, which lie `shift`
+/// above the window's: with L = I + shift e₀ᵀ in the rows of DRR and X-ray the window gains L P Lᵀ.
+void addTile(const float* tile, const double (&shift)[2], Products* sums) {
+  const auto count = sums->rows();
+  Products own(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index j = i; j < count; ++j) own(i, j) = own(j, i) = *tile++;
+  }
+  for (int i = 1; i <= 2; ++i) {
+    own.row(i) += shift[i - 1] * own.row(0);
+    own.col(i) += shift[i - 1] * own.col(0);
+  }
+  *sums += own;
+}
+
+/// A window's products, relative to the values of its first tile.
+Products windowProducts(const TileProducts& products, int x, int y, int span_x, int span_y) {
+  Products sums = Products::Zero(products.vectors, products.vectors);
+  const float* reference = products.tile(x, y) + products.pairs();
+  for (int row = y; row < y + span_y; ++row) {
+    for (int column = x; column < x + span_x; ++column) {
+      const float* tile = products.tile(column, row);
+      const float* values = tile + products.pairs();
+      addTile(tile, {static_cast<double>(values[0]) - reference[0], static_cast<double>(values[1]) - reference[1]},
+              &sums);
     }
   }
+  return sums;
+}
 
-  double pixels() const { return sums_(0, 0); }
-  /// Weighted covariances of the vectors.
-  Eigen::MatrixXd covariances() const {
-    const Eigen::VectorXd mean = sums_.row(0) / pixels();
-    return sums_ / pixels() - mean * mean.transpose();
-  }
-
- private:
-  /// A tile is relative to its own values: to (1, D + dv, I + dx, …) its products are carried by L P Lᵀ.
-  void add(const TileProducts& products, const float* tile) {
-    Eigen::MatrixXd own(products.vectors, products.vectors);
-    for (int i = 0, pair = 0; i < products.vectors; ++i) {
-      for (int j = i; j < products.vectors; ++j, ++pair) own(i, j) = own(j, i) = tile[pair];
-    }
-    const double shifts[2] = {tile[products.pairs()] - value_, tile[products.pairs() + 1] - xray_};
-    for (int i = 1; i <= 2; ++i) {
-      own.row(i) += shifts[i - 1] * own.row(0);
-      own.col(i) += shifts[i - 1] * own.col(0);
-    }
-    sums_ += own;
-  }
-
-  Eigen::MatrixXd sums_;
-  double value_, xray_;
-};
-
-WindowEvidence evidenceOf(const WindowSums& sums, const WindowOptions& options) {
-  const Eigen::MatrixXd covariance = sums.covariances();
+WindowEvidence evidenceOf(const Products& sums, const WindowOptions& options) {
+  WindowEvidence window;
+  window.pixels = sums(0, 0);
+  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostVectors, 1> mean = sums.col(0) / window.pixels;
+  const Products covariance = sums / window.pixels - mean * mean.transpose();
   const Eigen::Index motions = covariance.rows() - 3;
   const double var_v = std::max(covariance(1, 1), 0.0);
   const double var_x = std::max(covariance(2, 2), 0.0);
   const double inv_v2 = 1.0 / (var_v + options.epsilon_value * options.epsilon_value);
   const double inv_vx = std::sqrt(inv_v2 / (var_x + options.epsilon_xray * options.epsilon_xray));
-  WindowEvidence window;
-  window.pixels = sums.pixels();
   window.content = var_v * inv_v2;
-  window.importance = sums.pixels() * var_x / (var_x + options.contrast * options.contrast);
+  window.importance = window.pixels * var_x / (var_x + options.contrast * options.contrast);
   window.correlation = covariance(1, 2) * inv_vx;
   const double error = 1.0 - window.correlation;
   const double shrink = options.robust_scale2 / (error + options.robust_scale2);
   window.cost = window.importance * error * shrink;
   const double slope = window.importance * shrink * shrink;
-  const auto by_value = covariance.row(1).tail(motions);
-  const auto by_xray = covariance.row(2).tail(motions);
-  window.gradient = -slope * inv_vx * (by_xray - covariance(1, 2) * inv_v2 * by_value).transpose();
+  const auto by_value = covariance.col(1).tail(motions);
+  const auto by_xray = covariance.col(2).tail(motions);
+  window.gradient = -slope * inv_vx * (by_xray - covariance(1, 2) * inv_v2 * by_value);
   const double curvature = slope * inv_v2 * std::clamp(window.correlation, 0.1, 1.0);
   window.matrix = curvature * (covariance.bottomRightCorner(motions, motions) -
-                               by_value.transpose() * by_value * inv_v2 * (2.0 - var_v * inv_v2));
+                               inv_v2 * (2.0 - var_v * inv_v2) * by_value * by_value.transpose());
   return window;
 }
 
 }  // namespace
 
-std::vector<WindowEvidence> windowEvidence(const TileProducts& products, const WindowOptions& options) {
+void forEachWindow(const TileProducts& products, const WindowOptions& options,
+                   const std::function<void(const WindowEvidence&)>& look) {
   const WindowGrid grid(products.tiles_x, products.tiles_y, options.span);
-  std::vector<WindowEvidence> windows;
   for (int y = 0; y < grid.windows_y; ++y) {
     for (int x = 0; x < grid.windows_x; ++x) {
-      const WindowSums sums(products, x, y, grid.span_x, grid.span_y);
-      if (!(sums.pixels() >= grid.min_weight)) continue;
-      windows.push_back(evidenceOf(sums, options));
-      windows.back().x = x;
-      windows.back().y = y;
+      const Products sums = windowProducts(products, x, y, grid.span_x, grid.span_y);
+      if (!(sums(0, 0) >= grid.min_weight)) continue;
+      WindowEvidence window = evidenceOf(sums, options);
+      window.x = x;
+      window.y = y;
+      look(window);
     }
   }
-  return windows;
 }
 
 }  // namespace xray_registration

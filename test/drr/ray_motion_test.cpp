@@ -163,11 +163,11 @@ TEST_F(RayMotionTest, WindowsAddUpToTheStepOfThePose) {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(6);
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(6, 6);
     double cost = 0.0;
-    for (const WindowEvidence& window : windowEvidence(products(kCamera, beside, motions), options)) {
+    forEachWindow(products(kCamera, beside, motions), options, [&](const WindowEvidence& window) {
       gradient += window.gradient;
       matrix += window.matrix;
       cost += window.cost;
-    }
+    });
     // The device adds in float.
     EXPECT_NEAR(cost, step.cost, 1e-3 * step.cost) << "span " << span;
     EXPECT_LT((gradient - step.gradient).norm(), 1e-3 * step.gradient.norm()) << "span " << span;
@@ -176,7 +176,7 @@ TEST_F(RayMotionTest, WindowsAddUpToTheStepOfThePose) {
 }
 
 TEST_F(RayMotionTest, MoreMotionsThanALaunchTakesAreRefused) {
-  EXPECT_THROW(products(kCamera, pose_, std::vector<RayMotion>(21)), std::invalid_argument);
+  EXPECT_THROW(products(kCamera, pose_, std::vector<RayMotion>(kMostRayMotions + 1)), std::invalid_argument);
 }
 
 }  // namespace

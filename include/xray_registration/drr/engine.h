@@ -64,9 +64,9 @@ class Engine {
   /// out.
   virtual std::vector<float> windowCorrelations() = 0;
 
-  /// Sums per tile of one level of an X-ray with the derivatives by any motions of its rays, at most 20, for who asks
-  /// more than the pose. The level may be looked at by another camera than it was uploaded with, and the CT may be
-  /// stretched or mirrored.
+  /// Sums per tile of one level of an X-ray with the derivatives by any motions of its rays, at most kMostRayMotions,
+  /// for who asks more than the pose. The level may be looked at by another camera than it was uploaded with, and the
+  /// CT may be stretched or mirrored.
   virtual TileProducts addUpTiles(ResidentXray* xray, int xray_level, int volume_level, const XrayCamera& camera,
                                   const Eigen::Affine3d& T_camera_ct, const std::vector<RayMotion>& motions) = 0;
 

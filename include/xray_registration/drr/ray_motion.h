@@ -7,6 +7,9 @@
 
 namespace xray_registration {
 
+/// Of one evaluation: what a tile's vectors leave room for on a device.
+constexpr int kMostRayMotions = 20;
+
 /// How one parameter of the set-up moves the straight rays of all pixels through the CT, per unit of the parameter. A
 /// ray is the source (the camera's origin) and a direction (x, y, 1), both in camera axes as the CT sees them:
 ///   d source = source,  d direction = direction (x, y, 1) + r² radial (x, y, 0) + r² swirl (−y, x, 0),  r² = x² + y².

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
+#include <functional>
 
+#include "xray_registration/drr/ray_motion.h"
 #include "xray_registration/drr/similarity.h"
 #include "xray_registration/drr/tile_products.h"
 
@@ -17,12 +18,16 @@ struct WindowEvidence {
   double importance = 0.0;   ///< Weight of the window in the objective, robustness apart.
   double correlation = 0.0;  ///< Of X-ray and DRR.
   double cost = 0.0;         ///< importance · ρ(1 − correlation)
-  Eigen::VectorXd gradient;  ///< Of the cost, exact.
-  Eigen::MatrixXd matrix;    ///< Gauss-Newton.
+  /// Of the cost, exact.
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRayMotions, 1> gradient;
+  /// Gauss-Newton.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRayMotions, kMostRayMotions> matrix;
 };
 
 /// The windows that count, from their tiles' sums, in double: what kernels/windows.cl adds up on the device for the six
 /// of the pose, here one by one and for any number of parameters. docs/design.md has the formulae.
-std::vector<WindowEvidence> windowEvidence(const TileProducts& products, const WindowOptions& options);
+/// Windows come row by row, and which ones count depends on the X-ray alone.
+void forEachWindow(const TileProducts& products, const WindowOptions& options,
+                   const std::function<void(const WindowEvidence&)>& look);
 
 }  // namespace xray_registration

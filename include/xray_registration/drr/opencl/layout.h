@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "xray_registration/drr/ray_motion.h"
 #include "xray_registration/drr/tile_shape.h"
 
 /// What the fast method's kernels and their host agree on: sizes, and where things stand in buffers. The host uses
@@ -53,7 +54,7 @@ constexpr float kInlierCorrelation = 0.4F;  ///< A window that correlates better
 constexpr float kLeftOut = -2.0F;           ///< "Correlation" of a window that does not count.
 
 // A motion of the rays (ray_motion.h), floats.
-constexpr int kMostMotions = 20;  ///< Of one launch: what a tile's vectors leave room for in local memory.
+constexpr int kMostMotions = kMostRayMotions;
 constexpr int kMotionStride = 16;
 constexpr int kMotionSource = 0;     ///< 3
 constexpr int kMotionDirection = 3;  ///< 3 × 3, row by row
