@@ -79,7 +79,9 @@ ViewInput FrameMaker::makeView(RawView raw) {
                      " but its mask (image/mask) is " + sizeInWords(view.mask.width, view.mask.height));
   }
   maskFrame(&frame, options_.find, view.mask);
-  return ViewInput(std::make_shared<const XrayFrame>(std::move(frame)), raw.T_view_first);
+  ViewInput input(std::make_shared<const XrayFrame>(std::move(frame)), raw.T_view_first);
+  input.name = raw.name;
+  return input;
 }
 
 FrameViews FrameMaker::make(std::vector<RawView> views) {

@@ -28,8 +28,8 @@ void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransf
     const PreparedView prepared =
         prepareView(*input.xray, T_view_ct * centreCt(), engine_->volume().radiusMm() + kCropMarginMm,
                     binningFor(input.xray->camera, T_view_ct, max_image_pixels));
-    views_.push_back({engine_->upload(prepared.camera, prepared.attenuation, prepared.weight), input.T_view_first,
-                      twistCarriedBy(input.T_view_first)});
+    views_.push_back({engine_->upload(prepared.camera, prepared.attenuation, prepared.weight), input.xray->camera,
+                      input.T_view_first, twistCarriedBy(input.T_view_first)});
   }
 }
 

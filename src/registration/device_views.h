@@ -13,6 +13,7 @@ class DeviceViews {
  public:
   struct View {
     std::unique_ptr<ResidentXray> xray;
+    XrayCamera told;  ///< Of the image as it came, before cropping and binning.
     RigidTransform T_view_first = RigidTransform::Identity();
     Matrix6d twist_carried = Matrix6d::Identity();  ///< First camera's twist → this camera's.
     const ResidentXray::Level& level(int index) const { return xray->level(index); }

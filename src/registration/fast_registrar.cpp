@@ -1,8 +1,10 @@
 #include "xray_registration/registration/fast_registrar.h"
 
 #include "registration/cold_start.h"
+#include "registration/discrete_check.h"
 #include "registration/frame_checks.h"
 #include "registration/judgement.h"
+#include "registration/setup_check.h"
 #include "registration/tracked_frame.h"
 #include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/self_test.h"
@@ -15,11 +17,16 @@ FastRegistrar::FastRegistrar(std::shared_ptr<Device> device, const RegistrarOpti
       options_(options),
       logger_(logger),
       engine_(makeEngineOpenCl(device_)),
-      views_(std::make_unique<DeviceViews>(engine_.get())) {}
+      views_(std::make_unique<DeviceViews>(engine_.get())),
+      setup_check_(std::make_unique<SetupCheck>()) {}
 
 FastRegistrar::~FastRegistrar() = default;
 
-void FastRegistrar::forget() { found_.reset(); }
+void FastRegistrar::forget() {
+  found_.reset();
+  setup_check_->forget();
+  suspicions_.clear();
+}
 
 bool FastRegistrar::setOptions(const RegistrarOptions& options) {
   if (options.method != Method::kFast) return false;
@@ -81,11 +88,46 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   }
   history.exceeded_steps = budget.exceeded() ? budget.allowed() : 0;
   judge(*views_, solution, history, options_, &result);
+  if (history.searched) checkSides(inputs, T_camera_ct_start, solution, &result);
+  checkSetup(inputs, solution, history.searched, &budget, &result);
   if (!result.accepted && history.searched) forget();  // A refused cold start teaches nothing.
 
   result.iterations = budget.used();
   result.solve_ms = watch.milliseconds();
   return result;
+}
+
+void FastRegistrar::checkSides(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
+                               const Solution& solution, RegistrationResult* result) {
+  if (options_.check_every == 0) return;
+  const bool found = result->accepted;
+  DiscreteOpinion opinion = checkDiscrete(engine_.get(), inputs, T_camera_ct_start, solution, found, options_);
+  result->suspicions = std::move(opinion.suspicions);
+  if (opinion.refusal.empty()) return;
+  result->reason = found ? opinion.refusal : opinion.refusal + " (as told: " + result->reason + ")";
+  result->accepted = false;
+}
+
+void FastRegistrar::checkSetup(const std::vector<ViewInput>& inputs, const Solution& solution, bool searched,
+                               StepBudget* budget, RegistrationResult* result) {
+  if (options_.check_every == 0) return;
+  if (result->accepted && (searched || --frames_until_check_ <= 0)) {
+    std::vector<std::string> names;
+    for (const ViewInput& input : inputs) names.push_back(input.name);
+    if (searched) {
+      setup_check_->forget();
+      views_->weigh(found_->leave_out_unexplained, solution.T_camera_ct);
+    }
+    SetupObjective objective(engine_.get(), views_.get(), budget);
+    SetupOpinion opinion = setup_check_->look(&objective, solution, names, options_.accept.max_setup_error_mm);
+    suspicions_ = std::move(opinion.suspicions);
+    result->reason = std::move(opinion.refusal);
+    result->accepted = result->reason.empty();
+    // While in doubt every frame is looked at.
+    frames_until_check_ = result->accepted ? options_.check_every : 0;
+  }
+  result->suspicions.insert(result->suspicions.end(), suspicions_.begin(), suspicions_.end());
+  result->covariance += setup_check_->consideredCovariance(options_.setup);
 }
 
 FloatImage FastRegistrar::renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) {

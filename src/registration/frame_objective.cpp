@@ -86,16 +86,23 @@ bool FrameObjective::solve(const Stage& stage, Solution* solution) {
   return true;
 }
 
-double FrameObjective::robustScale(const Stage& stage, const RigidTransform& T_camera_ct) {
-  if (!options_.robust_weights || stage.span == 0 || !budget_->draw()) return kNotRobust;
-  std::vector<float> errors;
+std::vector<float> FrameObjective::correlations(const Stage& stage, const RigidTransform& T_camera_ct) {
+  if (!budget_->draw()) return {};
+  std::vector<float> all;
   for (const DeviceViews::View& view : views_->views()) {
     evaluateView(view, stage, kNotRobust, {T_camera_ct});
     for (const float correlation : engine_->windowCorrelations()) {
-      if (correlation >= -1.0F) errors.push_back(1.0F - correlation);
+      if (correlation >= -1.0F) all.push_back(correlation);
     }
   }
+  return all;
+}
+
+double FrameObjective::robustScale(const Stage& stage, const RigidTransform& T_camera_ct) {
+  if (!options_.robust_weights || stage.span == 0) return kNotRobust;
+  std::vector<float> errors = correlations(stage, T_camera_ct);
   if (errors.empty()) return kNotRobust;
+  for (float& error : errors) error = 1.0F - error;
   // At three times the median a window keeps a quarter of its weight.
   return std::max(0.1, 3.0 * static_cast<double>(valueOfRank(&errors, errors.size() / 2)));
 }

@@ -28,6 +28,9 @@ class FrameObjective {
   /// the solution then stays where it is, unconverged.
   bool solve(const Stage& stage, Solution* solution);
 
+  /// Correlations of the windows that count, of all views.
+  std::vector<float> correlations(const Stage& stage, const RigidTransform& T_camera_ct);
+
   /// The scale² on 1 − correlation at which a window keeps a quarter of its weight: three times the median error.
   double robustScale(const Stage& stage, const RigidTransform& T_camera_ct);
 

@@ -39,9 +39,27 @@ struct NormalisedError {
   double depth = 0.0;    ///< z alone.
 };
 
+NormalisedError meanOf(const std::vector<Twist>& errors, const std::vector<Matrix6d>& covariances) {
+  NormalisedError sum;
+  const std::vector<int> plane = {0, 1, 5};
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const Twist& error = errors[i];
+    const Matrix6d& covariance = covariances[i];
+    sum.all += error.dot(covariance.ldlt().solve(error)) / 6.0;
+    const Eigen::Vector3d inplane = error(plane);
+    const Eigen::Matrix3d inplane_covariance = covariance(plane, plane);
+    sum.inplane += inplane.dot(inplane_covariance.ldlt().solve(inplane)) / 3.0;
+    sum.depth += error(2) * error(2) / covariance(2, 2);
+  }
+  const auto count = static_cast<double>(errors.size());
+  return {sum.all / count, sum.inplane / count, sum.depth / count};
+}
+
 NormalisedError normalisedError(double noise_deviation) {
   const AttenuationVolume volume = toAttenuation(headPhantom(2.5), AttenuationModel{});
-  const auto registrar = makeRegistrar(std::make_shared<Device>(), RegistrarOptions{}, {});
+  RegistrarOptions options;
+  options.setup = {0.0, 0.0, 0.0, 0.0, 0.0};  // Noise alone.
+  const auto registrar = makeRegistrar(std::make_shared<Device>(), options, {});
   registrar->setVolume(volume);
   const Eigen::Vector3d centre_ct_mm = registrar->centreCt();
 
@@ -55,24 +73,16 @@ NormalisedError normalisedError(double noise_deviation) {
   const FloatImage clean = registrar->renderDrr(view.camera, T_camera_ct);
 
   Noise noise(11);
-  NormalisedError sum;
+  std::vector<Twist> errors;
+  std::vector<Matrix6d> covariances;
   for (int i = 0; i < kRegistrations; ++i) {
     view.attenuation = clean;
     for (float& pixel : view.attenuation.pixels) pixel += static_cast<float>(noise_deviation * noise.next());
     const RegistrationResult result = registrar->registerFrame({view}, T_camera_ct, false);
-    const Twist error = twistBetween(T_camera_ct, result.T_camera_ct, T_camera_ct * centre_ct_mm);
-    const Matrix6d& covariance = result.covariance;
-    sum.all += error.dot(covariance.ldlt().solve(error)) / 6.0;
-    const Eigen::Vector3d inplane(error(0), error(1), error(5));
-    Eigen::Matrix3d inplane_covariance;
-    const int of[3] = {0, 1, 5};
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) inplane_covariance(r, c) = covariance(of[r], of[c]);
-    }
-    sum.inplane += inplane.dot(inplane_covariance.ldlt().solve(inplane)) / 3.0;
-    sum.depth += error(2) * error(2) / covariance(2, 2);
+    errors.push_back(twistBetween(T_camera_ct, result.T_camera_ct, T_camera_ct * centre_ct_mm));
+    covariances.push_back(result.covariance);
   }
-  return {sum.all / kRegistrations, sum.inplane / kRegistrations, sum.depth / kRegistrations};
+  return meanOf(errors, covariances);
 }
 
 void expectTrueToSize(const NormalisedError& error) {
@@ -89,9 +99,61 @@ void expectTrueToSize(const NormalisedError& error) {
   EXPECT_GT(error.depth, 0.45);
 }
 
+/// What calibration left open, drawn at random: the views are seen by their true cameras from their true places, and
+/// the registrar is told others.
+NormalisedError normalisedErrorOfWrongSetups(std::size_t views) {
+  const AttenuationVolume volume = toAttenuation(headPhantom(2.5), AttenuationModel{});
+  RegistrarOptions options;
+  options.setup = {0.01, 1.0, 0.3, 1.0, 0.0};
+  options.accept.max_setup_error_mm = 1000.0;
+  const auto registrar = makeRegistrar(std::make_shared<Device>(), options, {});
+  registrar->setVolume(volume);
+  const Eigen::Vector3d centre_ct_mm = registrar->centreCt();
+  const XrayCamera told{128, 128, 600.0, 600.0, 63.5, 63.5};
+  RigidTransform T_camera_ct = RigidTransform::Identity();
+  T_camera_ct.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  T_camera_ct.translation() = Eigen::Vector3d(4.0, -3.0, 800.0) - T_camera_ct.linear() * centre_ct_mm;
+  const Eigen::Vector3d centre = T_camera_ct * centre_ct_mm;
+  const RigidTransform T_view_first(Eigen::Translation3d(centre) * Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitY()) *
+                                    Eigen::Translation3d(-centre));
+  Noise noise(12);
+  std::vector<Twist> errors;
+  std::vector<Matrix6d> covariances;
+  for (int i = 0; i < kRegistrations; ++i) {
+    std::vector<ViewInput> inputs;
+    for (std::size_t v = 0; v < views; ++v) {
+      XrayCamera seen_by = told;
+      seen_by.fx = seen_by.fy = told.fx * (1.0 + options.setup.focal_length * noise.next());
+      seen_by.cx += options.setup.principal_point_px * noise.next();
+      seen_by.cy += options.setup.principal_point_px * noise.next();
+      RigidTransform seen_from = v == 0 ? RigidTransform::Identity() : T_view_first;
+      Twist moved;
+      for (int k = 0; k < 6; ++k) {
+        moved[k] =
+            noise.next() * (k < 3 ? options.setup.view_translation_mm : options.setup.view_rotation_deg / 57.2958);
+      }
+      if (v > 0) seen_from = updatedPose(T_view_first, moved, T_view_first * centre);
+      XrayFrame frame;
+      frame.camera = told;
+      frame.attenuation = registrar->renderDrr(seen_by, seen_from * T_camera_ct);
+      for (float& pixel : frame.attenuation.pixels) pixel += static_cast<float>(0.02 * noise.next());
+      inputs.emplace_back(std::make_shared<const XrayFrame>(std::move(frame)),
+                          v == 0 ? RigidTransform::Identity() : T_view_first);
+    }
+    const RegistrationResult result = registrar->registerFrame(inputs, T_camera_ct, false);
+    errors.push_back(twistBetween(T_camera_ct, result.T_camera_ct, centre));
+    covariances.push_back(result.covariance);
+  }
+  return meanOf(errors, covariances);
+}
+
 TEST(Covariance, IsTrueToSizeWithLittleNoise) { expectTrueToSize(normalisedError(0.02)); }
 
 TEST(Covariance, IsTrueToSizeWithMuchNoise) { expectTrueToSize(normalisedError(0.08)); }
+
+TEST(Covariance, HoldsWhatCalibrationLeftOpenInOneView) { expectTrueToSize(normalisedErrorOfWrongSetups(1)); }
+
+TEST(Covariance, HoldsWhatCalibrationLeftOpenInTwoViews) { expectTrueToSize(normalisedErrorOfWrongSetups(2)); }
 
 }  // namespace
 }  // namespace xray_registration

@@ -12,6 +12,8 @@ TEST(SolvesAlike, ThresholdsDoNotMatterAndEverythingElseDoes) {
   RegistrarOptions thresholds;
   thresholds.accept.min_similarity = 0.1;
   thresholds.accept.max_jump_mm = 1.0;
+  thresholds.setup.focal_length = 0.1;
+  thresholds.check_every = 7;
   EXPECT_TRUE(solvesAlike({}, thresholds));
   const std::vector<std::function<void(RegistrarOptions*)>> changes = {
       [](RegistrarOptions* o) { o->method = Method::kPaper; },

@@ -11,6 +11,9 @@
 namespace xray_registration {
 
 class DeviceViews;
+class FrameObjective;
+class SetupCheck;
+class StepBudget;
 struct ColdStart;
 struct Solution;
 
@@ -45,6 +48,14 @@ class FastRegistrar : public Registrar {
   Logger logger_;
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<DeviceViews> views_;
+  void checkSides(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
+                  const Solution& solution, RegistrationResult* result);
+  void checkSetup(const std::vector<ViewInput>& inputs, const Solution& solution, bool searched, StepBudget* budget,
+                  RegistrationResult* result);
+
+  std::unique_ptr<SetupCheck> setup_check_;
+  int frames_until_check_ = 0;
+  std::vector<SetupSuspicion> suspicions_;
   std::unique_ptr<ColdStart> found_;  ///< Empty: the next frame is a cold start.
 };
 

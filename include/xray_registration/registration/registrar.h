@@ -10,6 +10,7 @@
 #include "xray_registration/image/image.h"
 #include "xray_registration/image/xray_frame.h"
 #include "xray_registration/registration/registrar_options.h"
+#include "xray_registration/registration/suspicion.h"
 #include "xray_registration/volume/attenuation.h"
 
 namespace xray_registration {
@@ -25,6 +26,7 @@ struct ViewInput {
 
   std::shared_ptr<const XrayFrame> xray;  ///< Never null.
   RigidTransform T_view_first = RigidTransform::Identity();
+  std::string name;  ///< Of the view, for whoever reads a reason; may be empty.
 };
 
 /// What a registration found for one frame, accepted or not; the pose is the CT's in the first view's camera frame.
@@ -40,6 +42,7 @@ struct RegistrationResult {
   double inlier_fraction = 0.0;   ///< Share of the CT's shadow that is recognised: windows that correlate well.
   double condition_number = 0.0;  ///< Of the normal matrix, rotation scaled by the target radius.
   Matrix6d covariance = Matrix6d::Zero();  ///< [mm; rad], translation then rotation about the CT centre, camera axes.
+  std::vector<SetupSuspicion> suspicions;  ///< About what was told, as of the last frame that was looked at.
   double solve_ms = 0.0;
   double upload_ms = 0.0;
 };

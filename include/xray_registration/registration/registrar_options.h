@@ -19,7 +19,18 @@ struct AcceptOptions {
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
+  double max_setup_error_mm = 1.0;   ///< How much a wrong input may move the pose.
   double max_disagreement_mm = 1.0;  ///< Between the two solves, in-plane, mean over 60 mm around the CT's centre.
+};
+
+/// What calibration left open, one σ (parameters geometry/… and ct/scale_sigma): part of the pose's covariance. The
+/// defaults are those of a C-arm whose geometry comes from its own angles and distances.
+struct SetupSigmas {
+  double focal_length = 0.01;        ///< Of itself.
+  double principal_point_px = 1.0;   ///< Each axis, pixels of the image as it comes.
+  double view_rotation_deg = 0.2;    ///< Each axis: of a further view against the first.
+  double view_translation_mm = 0.5;  ///< Each axis, at the CT.
+  double ct_scale = 0.005;           ///< Of the CT's size.
 };
 
 /// Tuning of both methods (parameters solver/…). Lengths in mm, angles in rad.
@@ -27,6 +38,9 @@ struct RegistrarOptions {
   Method method = Method::kFast;
   Similarity similarity = Similarity::kLocalNormalised;
   AcceptOptions accept;
+  SetupSigmas setup;
+  int check_every = 30;  ///< Frames between two looks at whether what was told is right; 0: never, not even at a cold
+                         ///< start.
 
   // Fast method.
   int max_steps_per_frame = 400;     ///< Evaluations of the objective, whatever for: bounds the latency.

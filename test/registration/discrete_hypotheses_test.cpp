@@ -1,0 +1,125 @@
+#include "registration/discrete_hypotheses.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+namespace xray_registration {
+namespace {
+
+const Eigen::Vector3d kCentreCt(5.0, 7.0, 9.0);
+
+/// Every pixel has a value of its own, and so has the camera's centre.
+ViewInput view(const std::string& name, float offset) {
+  XrayFrame frame;
+  frame.camera = {4, 4, 100.0, 100.0, 1.2, 1.7};
+  frame.attenuation = FloatImage(4, 4);
+  frame.mask = MaskImage(4, 4, 1);
+  for (std::size_t i = 0; i < 16; ++i) frame.attenuation.pixels[i] = offset + static_cast<float>(i + 1);
+  frame.mask.at(1, 0) = 0;
+  ViewInput input{std::move(frame)};
+  input.name = name;
+  return input;
+}
+
+std::vector<ViewInput> twoViews() {
+  std::vector<ViewInput> views = {view("ap", 0.0F), view("oblique", 100.0F)};
+  views[1].T_view_first.linear() = rotationFromVector({0.1, 0.7, -0.2});
+  views[1].T_view_first.translation() = Eigen::Vector3d(-400.0, 20.0, 100.0);
+  return views;
+}
+
+RigidTransform start() {
+  RigidTransform T = RigidTransform::Identity();
+  T.linear() = rotationFromVector({0.3, -0.2, 0.5});
+  T.translation() = Eigen::Vector3d(10.0, -20.0, 900.0);
+  return T;
+}
+
+std::size_t indexOf(const DiscreteHypotheses& hypotheses, const std::string& words) {
+  for (std::size_t i = 0; i < hypotheses.all().size(); ++i) {
+    if (hypotheses.all()[i].in_words == words) return i;
+  }
+  throw std::runtime_error("no hypothesis in the words: " + words);
+}
+
+PutRight putRight(const std::string& words, const std::vector<ViewInput>& views) {
+  const DiscreteHypotheses hypotheses({"ap", "oblique"});
+  return hypotheses.putRight(indexOf(hypotheses, words), views, start(), kCentreCt);
+}
+
+const FloatImage& imageOf(const PutRight& right, std::size_t view) { return right.views[view].xray->attenuation; }
+
+TEST(DiscreteHypotheses, AMirroredImageIsMirroredBackAndItsCameraStays) {
+  const std::vector<ViewInput> views = twoViews();
+  const PutRight right = putRight("the X-ray of the view 'oblique' looks mirrored left to right", views);
+  EXPECT_EQ(imageOf(right, 0).pixels, views[0].xray->attenuation.pixels);
+  EXPECT_EQ(imageOf(right, 1).at(0, 2), views[1].xray->attenuation.at(3, 2));
+  EXPECT_EQ(right.views[1].xray->mask.at(2, 0), 0);
+  EXPECT_EQ(right.views[1].xray->camera, views[1].xray->camera);
+  EXPECT_TRUE(right.T_camera_ct_start.isApprox(start()));
+}
+
+TEST(DiscreteHypotheses, UpsideDownExchangesRowsAlone) {
+  const std::vector<ViewInput> views = twoViews();
+  const PutRight right = putRight("the X-ray looks mirrored upside down", views);
+  for (std::size_t v = 0; v < 2; ++v) EXPECT_EQ(imageOf(right, v).at(1, 0), views[v].xray->attenuation.at(1, 3));
+}
+
+TEST(DiscreteHypotheses, WhatWasTurnedClockwiseIsTurnedBack) {
+  const std::vector<ViewInput> views = twoViews();
+  const PutRight right = putRight("the X-ray looks turned by 90 degrees clockwise", views);
+  // Clockwise a first row becomes the last column; back, the last column becomes the first row.
+  EXPECT_EQ(imageOf(right, 0).at(1, 0), views[0].xray->attenuation.at(3, 1));
+  const PutRight other = putRight("the X-ray looks turned by 90 degrees counterclockwise", views);
+  EXPECT_EQ(imageOf(other, 0).at(3, 1), views[0].xray->attenuation.at(1, 0));
+  const PutRight half = putRight("the X-ray looks turned by 180 degrees", views);
+  EXPECT_EQ(imageOf(half, 0).at(1, 0), views[0].xray->attenuation.at(2, 3));
+}
+
+TEST(DiscreteHypotheses, AnInvertedImageIsInverted) {
+  const std::vector<ViewInput> views = twoViews();
+  const PutRight right = putRight("the X-ray of the view 'ap' looks inverted", views);
+  EXPECT_EQ(imageOf(right, 0).at(2, 1), -views[0].xray->attenuation.at(2, 1));
+  EXPECT_EQ(imageOf(right, 1).pixels, views[1].xray->attenuation.pixels);
+}
+
+TEST(DiscreteHypotheses, ExchangedViewsKeepTheirPoses) {
+  const std::vector<ViewInput> views = twoViews();
+  const PutRight right = putRight("the views 'ap' and 'oblique' look exchanged", views);
+  EXPECT_EQ(imageOf(right, 0).pixels, views[1].xray->attenuation.pixels);
+  EXPECT_EQ(imageOf(right, 1).pixels, views[0].xray->attenuation.pixels);
+  EXPECT_TRUE(right.views[1].T_view_first.isApprox(views[1].T_view_first));
+}
+
+// The right CT is the told one in a mirror: where its points are seen in the images as they came, the told CT's points
+// are seen in the images put right.
+TEST(DiscreteHypotheses, AMirroredCtIsSeenInAMirror) {
+  const std::vector<ViewInput> views = twoViews();
+  const PutRight right = putRight("the CT looks mirrored", views);
+  const Eigen::Vector3d told(12.0, -4.0, 20.0);
+  const Eigen::Vector3d true_ct(2.0 * kCentreCt.x() - told.x(), told.y(), told.z());
+  for (std::size_t v = 0; v < 2; ++v) {
+    const Eigen::Vector2d came = views[v].xray->camera.project(views[v].T_view_first * start() * true_ct);
+    const Eigen::Vector2d put =
+        right.views[v].xray->camera.project(right.views[v].T_view_first * right.T_camera_ct_start * told);
+    EXPECT_NEAR(put.x(), 3.0 - came.x(), 1e-9) << "view " << v;
+    EXPECT_NEAR(put.y(), came.y(), 1e-9) << "view " << v;
+    EXPECT_TRUE(isRigid(right.views[v].T_view_first.matrix(), 1e-9));
+  }
+  EXPECT_TRUE(isRigid(right.T_camera_ct_start.matrix(), 1e-9));
+}
+
+TEST(DiscreteHypotheses, OneViewIsNotAskedAboutOthers) {
+  const DiscreteHypotheses hypotheses({""});
+  for (const DiscreteHypothesis& hypothesis : hypotheses.all()) {
+    EXPECT_NE(hypothesis.what, "exchanged_views");
+    EXPECT_NE(hypothesis.what, "mirrored_ct");  // In one view it is a mirrored image.
+    EXPECT_EQ(hypothesis.in_words.find("of the view"), std::string::npos) << hypothesis.in_words;
+  }
+}
+
+}  // namespace
+}  // namespace xray_registration
