@@ -39,6 +39,11 @@ void NodeStatistics::frameAccepted(double latency_s, double solve_ms) {
   while (now - window_.front().when > kWindow) window_.pop_front();
 }
 
+void NodeStatistics::setSuspicions(const std::vector<SetupSuspicion>& suspicions) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  values_.suspicions = suspicions;
+}
+
 void NodeStatistics::setState(TrackingState state) {
   const std::lock_guard<std::mutex> lock(mutex_);
   values_.state = state;

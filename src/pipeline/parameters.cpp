@@ -12,7 +12,7 @@ namespace xray_registration {
 
 namespace {
 
-void readCt(const YAML::Node& tree, CtParameters* ct) {
+void readCt(const YAML::Node& tree, CtParameters* ct, SetupSigmas* sigmas) {
   ParameterGroup group(tree, "ct");
   group.words("path", &ct->path);
   group.words("series_uid", &ct->read.series_uid);
@@ -23,6 +23,7 @@ void readCt(const YAML::Node& tree, CtParameters* ct) {
   group.integer("label", 1, 65535, &ct->label);
   group.number("surface_threshold_hu", -1024.0, 3000.0, &ct->surface_threshold_hu);
   group.integer("surface_triangles", 0, 2000000, &ct->surface_triangles);
+  group.number("scale_sigma", 0.0, 0.5, &sigmas->ct_scale);
   group.refuseUnknown();
 }
 
@@ -82,6 +83,7 @@ void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
   group.number("max_jump_mm", 0.1, 1000.0, &accept->max_jump_mm);
   group.number("max_jump_rad", 1e-3, M_PI, &accept->max_jump_rad);
   group.number("max_disagreement_mm", 0.01, 100.0, &accept->max_disagreement_mm);
+  group.number("max_setup_error_mm", 0.01, 1000.0, &accept->max_setup_error_mm);
   group.refuseUnknown();
 }
 
@@ -98,11 +100,21 @@ void readSolver(const YAML::Node& tree, RegistrarOptions* solver) {
   group.integer("search_poses", 1, 100000, &solver->search_poses);
   group.flag("robust_weights", &solver->robust_weights);
   group.flag("truncation_weights", &solver->truncation_weights);
+  group.integer("check_every", 0, 1000000, &solver->check_every);
   group.integer("paper_max_iterations", 1, 1000, &solver->paper_max_iterations);
   group.number("paper_stop_norm", 1e-6, 100.0, &solver->paper_stop_norm);
   group.number("paper_step_deg", 1e-4, 20.0, &solver->paper_step_deg);
   group.number("paper_step_mm", 1e-4, 50.0, &solver->paper_step_mm);
   group.integer("paper_image_size", 16, 4096, &solver->paper_image_size);
+  group.refuseUnknown();
+}
+
+void readGeometry(const YAML::Node& tree, SetupSigmas* sigmas) {
+  ParameterGroup group(tree, "geometry");
+  group.number("focal_length_sigma", 0.0, 0.5, &sigmas->focal_length);
+  group.number("principal_point_sigma_px", 0.0, 1000.0, &sigmas->principal_point_px);
+  group.number("view_rotation_sigma_deg", 0.0, 45.0, &sigmas->view_rotation_deg);
+  group.number("view_translation_sigma_mm", 0.0, 500.0, &sigmas->view_translation_mm);
   group.refuseUnknown();
 }
 
@@ -162,8 +174,8 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.flag("publish_tf", &parameters->frames.publish_tf);
   top.flag("invert_tf", &parameters->frames.invert_tf);
   readInitialPose(tree, parameters);
-  for (const char* group :
-       {"initial_pose", "ct", "image", "frames", "sync", "accept", "solver", "tracking", "diagnostic_period"})
+  for (const char* group : {"initial_pose", "ct", "image", "frames", "sync", "accept", "solver", "tracking", "geometry",
+                            "diagnostic_period"})
     top.known(group);
   for (const auto& [name, value] : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
@@ -177,12 +189,13 @@ ParameterError::ParameterError(const std::string& message) : std::runtime_error(
 NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   NodeParameters parameters;
   readTop(tree, &parameters, logger);
-  readCt(tree, &parameters.ct);
+  readCt(tree, &parameters.ct, &parameters.registrar.setup);
   readImage(tree, parameters.views, &parameters.image);
   readFrames(tree, &parameters.frames);
   readSync(tree, &parameters.sync);
   readAccept(tree, &parameters.registrar.accept);
   readSolver(tree, &parameters.registrar);
+  readGeometry(tree, &parameters.registrar.setup);
   readTracking(tree, &parameters.tracker);
   validate(parameters);
   return parameters;

@@ -16,6 +16,7 @@ void copyAccept(const From& from, To* to) {
   to->max_jump_mm = from.max_jump_mm;
   to->max_jump_rad = from.max_jump_rad;
   to->max_disagreement_mm = from.max_disagreement_mm;
+  to->max_setup_error_mm = from.max_setup_error_mm;
 }
 
 /// All but the similarity, which is a text on one side.
@@ -29,6 +30,7 @@ void copySolver(const From& from, To* to) {
   to->search_poses = from.search_poses;
   to->robust_weights = from.robust_weights;
   to->truncation_weights = from.truncation_weights;
+  to->check_every = from.check_every;
 }
 
 template <typename From, typename To>

@@ -237,6 +237,26 @@ void RegistrationNode::serveTuning() {
   serve(&tracking_server_, "tracking", toConfig(tracker_options_), &tracker_options_);
 }
 
+namespace {
+
+/// What is worth a warning: certain, and a fifth of what a frame is refused for.
+bool isNoteworthy(const SetupSuspicion& suspicion, double limit_mm) {
+  return suspicion.certain && (suspicion.unit.empty() || suspicion.effect_mm > 0.2 * limit_mm);
+}
+
+/// The estimates, and a warning for those that matter.
+void addSuspicions(const std::vector<SetupSuspicion>& suspicions, double limit_mm,
+                   diagnostic_updater::DiagnosticStatusWrapper* status) {
+  for (const SetupSuspicion& suspicion : suspicions) {
+    status->addf(suspicion.in_words, "looks %.3g ± %.2g %s off (moves the CT by %.2g mm)", suspicion.estimate,
+                 suspicion.sigma, suspicion.unit.c_str(), suspicion.effect_mm);
+    if (!isNoteworthy(suspicion, limit_mm)) continue;
+    status->mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, suspicion.in_words + " looks wrong");
+  }
+}
+
+}  // namespace
+
 void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const {
   const NodeStatistics::Snapshot values = statistics_.snapshot();
   using Level = diagnostic_msgs::DiagnosticStatus;
@@ -265,6 +285,7 @@ void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.add("frames dropped", values.dropped);
   status.add("frames refused", values.refused);
   status.add("last refusal", values.last_refusal);
+  addSuspicions(values.suspicions, parameters_.registrar.accept.max_setup_error_mm, &status);
   status.add("last error", values.last_error);
 }
 

@@ -335,6 +335,7 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
   if (outcome.registered) {
     register_requested_ = false;
     statistics_->frameRegistered();
+    statistics_->setSuspicions(result.suspicions);
   }
   if (result.accepted) {
     T_fixed_camera_accepted_ = T_fixed_camera_.value();

@@ -20,6 +20,22 @@ std::uint8_t toMessageState(TrackingState state) {
   return RegistrationStatus::FAULT;
 }
 
+namespace {
+
+Suspicion toMessage(const SetupSuspicion& suspicion) {
+  Suspicion message;
+  message.what = suspicion.what;
+  message.in_words = suspicion.in_words;
+  message.estimate = suspicion.estimate;
+  message.sigma = suspicion.sigma;
+  message.unit = suspicion.unit;
+  message.effect_mm = suspicion.effect_mm;
+  message.certain = suspicion.certain;
+  return message;
+}
+
+}  // namespace
+
 RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::Header& header) {
   const RegistrationResult& result = outcome.result;
   RegistrationStatus message;
@@ -37,6 +53,7 @@ RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::He
   message.condition_number = result.condition_number;
   message.registered = outcome.registered;
   message.pose = toPose(outcome.registered ? result.T_camera_ct : RigidTransform::Identity());
+  for (const SetupSuspicion& suspicion : result.suspicions) message.suspicions.push_back(toMessage(suspicion));
   message.solve_time = result.solve_ms * 1e-3;
   message.upload_time = result.upload_ms * 1e-3;
   return message;

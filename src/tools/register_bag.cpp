@@ -241,7 +241,7 @@ void writeOutput(const Arguments& arguments, const BagSession& session, const st
   output.close();
 }
 
-void writeResults(const std::string& path, const RigidTransform& T_camera_ct_start,
+void writeResults(const std::string& path, const RigidTransform& T_camera_ct_start, const Eigen::Vector3d& centre_ct_mm,
                   const std::vector<FrameRecord>& records) {
   nlohmann::json frames = nlohmann::json::array();
   for (const auto& record : records) {
@@ -250,8 +250,11 @@ void writeResults(const std::string& path, const RigidTransform& T_camera_ct_sta
                             {"T_camera_ct", nullptr},          {"iterations", result.iterations},
                             {"solve_ms", result.solve_ms},     {"total_ms", record.outcome.total_ms},
                             {"similarity", result.similarity}, {"state", toString(record.outcome.state)},
-                            {"reason", result.reason}};
-    if (record.outcome.registered) frame["T_camera_ct"] = toJson(result.T_camera_ct);
+                            {"reason", result.reason},         {"suspicions", toJson(result.suspicions)}};
+    if (record.outcome.registered) {
+      frame["T_camera_ct"] = toJson(result.T_camera_ct);
+      frame["covariance"] = toPoseWithCovariance(result.T_camera_ct, result.covariance, centre_ct_mm).covariance;
+    }
     if (record.error) {
       frame["mtre"] = record.error->mtre_mm;
       frame["inplane"] = record.error->inplane_mm;
@@ -306,7 +309,7 @@ void run(const Arguments& arguments) {
 
   const auto records = registerFrames(arguments, session, &pipeline);
   writeOutput(arguments, session, records, pipeline);
-  if (!arguments.json.empty()) writeResults(arguments.json, start, records);
+  if (!arguments.json.empty()) writeResults(arguments.json, start, pipeline.centreCt(), records);
   printSummary(records);
 }
 

@@ -5,7 +5,9 @@
 #include <deque>
 #include <mutex>
 #include <string>
+#include <vector>
 
+#include "xray_registration/registration/suspicion.h"
 #include "xray_registration/registration/tracker.h"
 
 namespace xray_registration {
@@ -25,7 +27,8 @@ class NodeStatistics {
     std::uint64_t refused = 0;
     std::string last_error;    ///< Of the device, a CT, a pose or a parameter; not the reason of a refused frame.
     std::string last_refusal;  ///< Reason of the newest refused frame.
-    double latency_s = 0.0;    ///< Mean over the window.
+    std::vector<SetupSuspicion> suspicions;  ///< Of the newest registered frame.
+    double latency_s = 0.0;                  ///< Mean over the window.
     double max_latency_s = 0.0;
     double solve_ms = 0.0;
     double rate_hz = 0.0;  ///< Frames that were accepted, on the wall's clock.
@@ -36,6 +39,7 @@ class NodeStatistics {
   void frameRefused(const std::string& reason);
   /// The solver ran; then comes frameAccepted or frameRefused.
   void frameRegistered();
+  void setSuspicions(const std::vector<SetupSuspicion>& suspicions);
   void frameAccepted(double latency_s, double solve_ms);
 
   void setState(TrackingState state);

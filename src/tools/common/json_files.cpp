@@ -28,6 +28,20 @@ nlohmann::json toJson(const Percentiles& values) {
   return {{"median", values.median}, {"p95", values.p95}, {"p99", values.p99}};
 }
 
+nlohmann::json toJson(const std::vector<SetupSuspicion>& suspicions) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const SetupSuspicion& suspicion : suspicions) {
+    list.push_back({{"what", suspicion.what},
+                    {"in_words", suspicion.in_words},
+                    {"estimate", suspicion.estimate},
+                    {"sigma", suspicion.sigma},
+                    {"unit", suspicion.unit},
+                    {"effect_mm", suspicion.effect_mm},
+                    {"certain", suspicion.certain}});
+  }
+  return list;
+}
+
 void writeJson(const std::string& path, const nlohmann::json& value) {
   std::ofstream stream(path);
   stream << value.dump(1) << '\n';

@@ -23,6 +23,15 @@ std::string causeOf(const std::string& reason) {
   return std::regex_replace(reason.substr(0, reason.find(':')), kNumber, "…");
 }
 
+/// Row by row: mm and rad, translation and rotation about the CT's centre in the first camera's axes.
+json covarianceOf(const RegistrationResult& result) {
+  json numbers = json::array();
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) numbers.push_back(result.covariance(row, column));
+  }
+  return numbers;
+}
+
 json toJson(const Trial& trial, const SuccessCriteria& criteria) {
   const RegistrationResult& result = trial.result;
   return {{"frame", trial.frame},
@@ -37,6 +46,9 @@ json toJson(const Trial& trial, const SuccessCriteria& criteria) {
           {"wrong", criteria.isWrong(trial.final)},
           {"accepted", result.accepted},
           {"reason", result.reason},
+          {"suspicions", toJson(result.suspicions)},
+          {"depth_sigma_mm", std::sqrt(std::max(result.covariance(2, 2), 0.0))},
+          {"covariance", covarianceOf(result)},
           {"cause", causeOf(result.reason)},
           {"converged", result.converged},
           {"iterations", result.iterations},
