@@ -34,7 +34,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   add_library(xray_registration_tools_common STATIC
     ${common}/command_line.cpp ${common}/ct_source.cpp ${common}/disturbance.cpp ${common}/image_files.cpp
     ${common}/json_files.cpp ${common}/picture.cpp ${common}/progress_bar.cpp ${common}/session_generator.cpp ${common}/trajectory.cpp
-    ${common}/yaml_files.cpp)
+    ${common}/wrong_option.cpp ${common}/yaml_files.cpp)
   target_link_libraries(xray_registration_tools_common PRIVATE xray_registration_warnings)
   target_include_directories(xray_registration_tools_common PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_link_libraries(xray_registration_tools_common PUBLIC
@@ -43,17 +43,25 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
 
   xray_tool(render LIBRARIES xray_registration_tools_common)
   xray_tool(make_phantom LIBRARIES xray_registration_tools_common)
-  file(GLOB calibrate_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate/*.cpp)
-  xray_tool(calibrate SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate.cpp ${calibrate_sources}
-            LIBRARIES xray_registration_tools_common)
+  set(calibrate ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate)
+  file(GLOB calibrate_sources CONFIGURE_DEPENDS ${calibrate}/*.cpp)
+  if(NOT XRAY_REGISTRATION_ROS)
+    xray_tool(calibrate SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate.cpp ${calibrate_sources}
+              LIBRARIES xray_registration_tools_common)
+  endif()
 endif()
 
 if(XRAY_REGISTRATION_ROS)
   add_library(xray_registration_tools_ros STATIC
-    ${common}/bag_frames.cpp ${common}/message_files.cpp ${common}/session_messages.cpp)
+    ${common}/bag_frames.cpp ${common}/message_files.cpp ${common}/session_messages.cpp ${common}/start_pose.cpp)
   target_link_libraries(xray_registration_tools_ros PRIVATE xray_registration_warnings)
   target_link_libraries(xray_registration_tools_ros PUBLIC xray_registration_tools_common xray_registration_ros)
 
+  # From a session, which is a bag.
+  file(GLOB calibrate_session_sources CONFIGURE_DEPENDS ${calibrate}/session/*.cpp)
+  xray_tool(calibrate ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate.cpp ${calibrate_sources}
+            ${calibrate_session_sources})
+  target_compile_definitions(calibrate PRIVATE XRAY_CALIBRATE_READS_BAGS)
   xray_tool(compare_poses ROS)
   xray_tool(register_bag ROS)
   xray_tool(simulate_session ROS)

@@ -8,11 +8,11 @@
 #include "tools/common/json_files.h"
 #include "tools/common/picture.h"
 #include "tools/common/progress_bar.h"
+#include "tools/common/wrong_option.h"
 #include "tools/evaluate/convergence.h"
 #include "tools/evaluate/report.h"
 #include "tools/evaluate/session_frames.h"
 #include "xray_registration/common/stopwatch.h"
-#include "xray_registration/evaluation/wrong_input.h"
 
 namespace xray_registration::tools {
 namespace {
@@ -69,15 +69,12 @@ void addOptions(CLI::App* app, Arguments* arguments) {
   app->add_flag("--reference", arguments->reference,
                 "the poses in the bag are a reference with an error of its own; say how far the solution that starts "
                 "there ends from it");
-  app->add_option("--wrong", arguments->wrong,
-                  "tell the registration something wrong, one of the kinds below; repeatable, applied in this order")
-      ->allow_extra_args(false);
+  addWrongOption(app, &arguments->wrong);
   app->add_option("--json", arguments->json, "write all trials and the summary here");
   app->add_option("--plot", arguments->plot,
                   "draw errors, success, convergence and the verdict here (PNG); without --json what it shows is "
                   "written beside it, as .json");
   app->add_flag("--verbose", arguments->verbose, "say more on standard error");
-  app->footer("Kinds of --wrong; errors are measured against the recorded pose all the same:\n" + wrongInputKinds());
 }
 
 NodeParameters parametersOf(const Arguments& arguments, const Logger& logger) {
@@ -93,24 +90,6 @@ NodeParameters parametersOf(const Arguments& arguments, const Logger& logger) {
   } catch (const ParameterError& error) {
     throw ArgumentError(error.what());
   }
-}
-
-/// A text that says nothing usable, or names a view that is not there, is a wrong argument.
-template <typename Work>
-void withArgumentWrong(const Work& work) {
-  try {
-    work();
-  } catch (const std::invalid_argument& error) {
-    throw ArgumentError(std::string("--wrong: ") + error.what());
-  }
-}
-
-std::vector<WrongInput> wrongInputsOf(const Arguments& arguments) {
-  std::vector<WrongInput> wrong;
-  withArgumentWrong([&] {
-    for (const std::string& text : arguments.wrong) wrong.push_back(parseWrongInput(text));
-  });
-  return wrong;
 }
 
 /// The session with the views that were asked for, else those of the configuration, else all.
@@ -135,7 +114,7 @@ EvaluationRun describe(const Arguments& arguments, const NodeParameters& paramet
   run.options.range = {arguments.rotation_deg * kRadPerDeg, arguments.translation_mm};
   run.options.seed = arguments.seed;
   run.options.target_size_mm = arguments.target_size_mm;
-  run.wrong = wrongInputsOf(arguments);
+  run.wrong = wrongInputs(arguments.wrong);
   return run;
 }
 
@@ -154,9 +133,7 @@ std::vector<EvaluationFrame> loadFrames(const BagSession& session, const Evaluat
   const std::size_t limit =
       run.tracking ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(run.options.trials);
   std::vector<EvaluationFrame> frames = sessionFrames(session, parameters, limit, logger);
-  withArgumentWrong([&] {
-    for (EvaluationFrame& frame : frames) tellWrong(run.wrong, &frame.views);
-  });
+  for (EvaluationFrame& frame : frames) tellWrongViews(run.wrong, &frame.views);
   return frames;
 }
 

@@ -15,7 +15,7 @@
 #include "tools/common/json_files.h"
 #include "tools/common/message_files.h"
 #include "tools/common/progress_bar.h"
-#include "tools/common/yaml_files.h"
+#include "tools/common/start_pose.h"
 #include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/ros/conversions.h"
@@ -80,30 +80,6 @@ NodeParameters parametersOf(const Arguments& arguments, const BagSession& sessio
     log(logger, LogLevel::kWarning, "frames/fixed is for the live node; poses are written in the first view's frame");
   }
   return parameters;
-}
-
-/// A pose given in the frame of one of the views, carried to the first.
-RigidTransform inFirstView(const BagSession& session, const std::string& frame_id, const RigidTransform& T_frame_ct,
-                           const std::string& source) {
-  std::string known;
-  for (const auto& view : session.views()) {
-    if (frame_id.empty() || frame_id == view.frame_id) return view.T_view_first.inverse() * T_frame_ct;
-    known += (known.empty() ? "" : ", ") + view.frame_id;
-  }
-  throw std::runtime_error(source + ": the pose is in frame '" + frame_id + "', which is none of the views' (" + known +
-                           ")");
-}
-
-RigidTransform startPose(const Arguments& arguments, const BagSession& session, const NodeParameters& parameters) {
-  if (!arguments.initial_pose.empty()) return readPoseFile(arguments.initial_pose);
-  if (!arguments.initial_pose_topic.empty()) {
-    const StampedPose pose = readPoses(arguments.bag, arguments.initial_pose_topic, parameters.frames.ct, 1).front();
-    return inFirstView(session, pose.frame_id, pose.T_frame_ct, arguments.initial_pose_topic);
-  }
-  if (parameters.initial_pose) {
-    return inFirstView(session, parameters.initial_pose_frame, *parameters.initial_pose, arguments.config);
-  }
-  throw ArgumentError("no start: give --initial-pose, --initial-pose-topic, or initial_pose in --config");
 }
 
 /// X-ray with the DRR's edges, one picture for each view that took part.
@@ -297,7 +273,8 @@ void run(const Arguments& arguments) {
   options.tolerance_s = probe.sync.tolerance_s;
   const BagSession session(arguments.bag, options, logger);
   const NodeParameters parameters = parametersOf(arguments, session, logger);
-  const RigidTransform undisturbed = startPose(arguments, session, parameters);
+  const RigidTransform undisturbed =
+      startPose({arguments.initial_pose, arguments.initial_pose_topic, arguments.config}, session, parameters);
 
   RegistrationPipeline pipeline(parameters, logger);
   pipeline.openDevice();

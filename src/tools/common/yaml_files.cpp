@@ -116,6 +116,17 @@ XrayCamera readCameraFile(const std::string& path) {
 }
 
 void writeCameraFile(const std::string& path, const std::string& camera_name, const XrayCamera& camera) {
+  Calibration calibration;
+  calibration.width = camera.width;
+  calibration.height = camera.height;
+  calibration.k = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
+  writeCameraFile(path, camera_name, calibration);
+}
+
+void writeCameraFile(const std::string& path, const std::string& camera_name, const Calibration& calibration) {
+  const auto& k = calibration.k;
+  const bool lens = !calibration.distortion.empty();
+  const std::vector<double> distortion = lens ? calibration.distortion : std::vector<double>(5, 0.0);
   YAML::Emitter out;
   const auto matrix = [&out](const char* key, int rows, int cols, const std::vector<double>& data) {
     out << YAML::Key << key << YAML::Value << YAML::BeginMap;
@@ -124,14 +135,15 @@ void writeCameraFile(const std::string& path, const std::string& camera_name, co
   };
   out.SetDoublePrecision(17);
   out << YAML::BeginMap;
-  out << YAML::Key << "image_width" << YAML::Value << camera.width;
-  out << YAML::Key << "image_height" << YAML::Value << camera.height;
+  out << YAML::Key << "image_width" << YAML::Value << calibration.width;
+  out << YAML::Key << "image_height" << YAML::Value << calibration.height;
   out << YAML::Key << "camera_name" << YAML::Value << camera_name;
-  matrix("camera_matrix", 3, 3, {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1});
-  out << YAML::Key << "distortion_model" << YAML::Value << "plumb_bob";
-  matrix("distortion_coefficients", 1, 5, {0, 0, 0, 0, 0});
+  matrix("camera_matrix", 3, 3, {k.begin(), k.end()});
+  out << YAML::Key << "distortion_model" << YAML::Value
+      << (calibration.distortion_model.empty() ? "plumb_bob" : calibration.distortion_model);
+  matrix("distortion_coefficients", 1, static_cast<int>(distortion.size()), distortion);
   matrix("rectification_matrix", 3, 3, {1, 0, 0, 0, 1, 0, 0, 0, 1});
-  matrix("projection_matrix", 3, 4, {camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0});
+  matrix("projection_matrix", 3, 4, {k[0], 0, k[2], 0, 0, k[4], k[5], 0, 0, 0, 1, 0});
   out << YAML::EndMap;
   writeText(path, out.c_str());
 }

@@ -4,6 +4,7 @@
 
 #include "xray_registration/geometry/rigid_transform.h"
 #include "xray_registration/geometry/xray_camera.h"
+#include "xray_registration/image/xray_frame.h"
 
 namespace xray_registration::tools {
 
@@ -12,8 +13,10 @@ namespace xray_registration::tools {
 /// @throws std::runtime_error naming the file, the key and what is wrong; lens distortion is refused.
 XrayCamera readCameraFile(const std::string& path);
 
-/// Writes ROS's camera_calibration form.
+/// Writes ROS's camera_calibration form, which camera_info_manager reads.
 void writeCameraFile(const std::string& path, const std::string& camera_name, const XrayCamera& camera);
+/// The same with a lens, of the whole unbinned sensor.
+void writeCameraFile(const std::string& path, const std::string& camera_name, const Calibration& calibration);
 
 /// Reads a pose of the CT in the X-ray optical frame from YAML: position (metres) and orientation (x, y, z, w), or
 /// T_camera_ct_mm (4×4, mm); either may stand under `initial_pose`, as in the node's configuration.
