@@ -23,7 +23,8 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
     xray_tool_test(executables xray_registration_tools_ros)
     add_test(NAME tools.calibrate COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/calibrate_test.py
              --tools $<TARGET_FILE_DIR:calibrate> --work ${CMAKE_CURRENT_BINARY_DIR}/test_work/calibrate)
-    xray_test_limits(tools.calibrate 300)
+    # With the recorded sessions.
+    xray_test_limits(tools.calibrate 900)
     add_test(NAME tools.plot_results COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/plot_results_test.py
              ${CMAKE_CURRENT_BINARY_DIR}/test_work/plot_results)
     xray_test_limits(tools.plot_results 300)

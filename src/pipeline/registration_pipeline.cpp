@@ -7,6 +7,7 @@
 #include "pipeline/failure_text.h"
 #include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/device.h"
+#include "xray_registration/registration/fast_registrar.h"
 #include "xray_registration/volume/volume_error.h"
 #include "xray_registration/volume/volume_io.h"
 
@@ -147,6 +148,11 @@ FloatImage RegistrationPipeline::renderDrr(const XrayCamera& camera, const Rigid
     device_.rebuildAfter(error.what(), &body_);
     return {};
   }
+}
+
+Engine* RegistrationPipeline::engine() {
+  auto* fast = dynamic_cast<FastRegistrar*>(body_.registrar.get());
+  return fast != nullptr && fast->hasVolume() ? &fast->engine() : nullptr;
 }
 
 void RegistrationPipeline::setTuning(const RegistrarOptions& registrar, const TrackerOptions& tracker) {

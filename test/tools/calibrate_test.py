@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""The tool `calibrate` as a user runs it: on a picture of beads that is made here, and on the real grids when
-XRAY_REGISTRATION_DATA names the folder of the recorded data (else that part counts as skipped and says why).
+"""The tool `calibrate` as a user runs it: on a picture of beads and on a session that are made here, and on real grids
+and recorded sessions when XRAY_REGISTRATION_DATA names the folder of the recorded data (else that part counts as skipped
+and says why).
 
 usage: calibrate_test.py --tools FOLDER --work FOLDER
 """
@@ -95,7 +96,7 @@ class CalibrateTest(tool_case.ToolTest):
         with open(self.work('words.png'), 'w') as file:
             file.write('words')
         output = self.work('none')
-        self.assertIn('--grid is required', self.refused(2, '--output', output))
+        self.assertIn('--grid, or --ct and --bag, is required', self.refused(2, '--output', output))
         self.assertIn('--output is required', self.refused(2, '--grid', self.work('beads.pgm')))
         self.assertIn('nowhere.png', self.refused(2, '--grid', self.work('nowhere.png'), '--output', output))
         self.assertIn('--spacing-mm', self.refused(2, '--grid', self.work('beads.pgm'), '--output', output,
@@ -111,6 +112,112 @@ class CalibrateTest(tool_case.ToolTest):
         self.assertFalse(os.path.exists(output), 'what is refused writes nothing')
         # A file stands where the folder is to be.
         self.assertIn('words.png', self.refused(1, '--grid', self.work('beads.pgm'), '--output', self.work('words.png')))
+
+    def calibrate_session(self, name, *words):
+        """Of the session that make_session made; the report's views."""
+        return self.tool('calibrate', '--ct', self.work('head.nii.gz'), '--bag', self.work('session.bag'), '--views',
+                         'ap,oblique', '--initial-pose-topic', '/ap/ground_truth', '--output', self.work(name), '--json',
+                         self.work(name + '.json'), *words)[0]
+
+    def register(self, bag):
+        """Median mTRE against the session's truth, mm, of the frames that are accepted, which are all."""
+        self.tool('register_bag', '--ct', self.work('head.nii.gz'), '--bag', bag, '--views', 'ap,oblique',
+                  '--initial-pose-topic', '/ap/ground_truth', '--output', self.work('registered.bag'), '--json',
+                  self.work('registered.json'))
+        frames = self.report('registered.json')['frames']
+        self.assertTrue(all(frame['accepted'] for frame in frames), [frame['reason'] for frame in frames])
+        return sorted(frame['mtre'] for frame in frames)[len(frames) // 2]
+
+    def test_session_with_a_wrong_focal_length(self):
+        self.make_session(4)
+        said = self.calibrate_session('focal', '--wrong', 'focal_length:1.02', '--write-bag')
+        views = self.report('focal.json')['views']
+        self.assertEqual(sorted(views), ['ap', 'oblique'])
+        for view in views.values():
+            # 128 pixels and voxels of 2.5 mm; the recorded sessions have the goal of 0.1 %.
+            self.assertAlmostEqual(1.02 * view['focal_scale'], 1.0, delta=0.002)
+            self.assertGreater(view['focal_scale_sigma'], 0.0)
+            self.assertNotIn('focal_length', view['undetermined'])
+            self.assertEqual(len(view['T_first_view']), 4)
+        self.assertEqual(views['ap']['T_first_view'][0], [1, 0, 0, 0])
+        for words in "view 'ap'", "view 'oblique'", 'focal length', 'principal point', '4 of 4 frames used', 'calibrated.bag':
+            self.assertIn(words, said)
+        with open(self.work('focal/ap.yaml')) as file:
+            yaml = file.read()
+        self.assertIn('image_width: 128', yaml)
+        self.assertIn('plumb_bob', yaml)
+        self.assertIn('%.4f' % views['ap']['fx'], yaml)
+        with open(self.work('focal/views.launch')) as file:
+            launch = file.read()
+        self.assertEqual(launch.count('static_transform_publisher'), 1)
+        self.check_is_png('focal/residual_motion.png')
+        # The bag says what was found instead of what was told: the frames are where they were.
+        self.assertLess(self.register(self.work('focal/calibrated.bag')), 0.5)
+
+    def test_session_with_a_wrong_relative_pose(self):
+        self.make_session(4)
+        self.calibrate_session('right')
+        self.calibrate_session('pose', '--wrong', 'view_pose:1,2', '--write-bag', '--frames', 3)
+        right = self.report('right.json')['views']['oblique']['T_first_view']
+        report = self.report('pose.json')
+        self.assertEqual(report['frames'], 3)
+        found = report['views']['oblique']['T_first_view']
+        self.assertGreater(report['views']['oblique']['rotation_sigma_deg'], 0.0)
+        turned = math.acos(min(1.0, (sum(right[i][j] * found[i][j] for i in range(3) for j in range(3)) - 1) / 2))
+        self.assertLess(math.degrees(turned), 0.15)
+        # Voxels of 2.5 mm and 128 pixels; as told it would be 10 mm and more.
+        self.assertLess(self.register(self.work('pose/calibrated.bag')), 1.5)
+
+    def test_refusals_of_sessions(self):
+        self.make_session(1)
+        session = ['--ct', self.work('head.nii.gz'), '--bag', self.work('session.bag'), '--output', self.work('refused')]
+        topic = ['--initial-pose-topic', '/ap/ground_truth']
+        self.assertIn('no start', self.refused(2, *session))
+        self.assertIn('--bag is required', self.refused(2, *session[:2], '--output', self.work('refused')))
+        self.assertIn('--ct is required', self.refused(2, *session[2:]))
+        self.assertIn('--wrong', self.refused(2, *session, *topic, '--wrong', 'nonsense'))
+        self.assertIn('--frames', self.refused(2, *session, *topic, '--frames', 0))
+        self.assertIn('--json', self.refused(2, *session, *topic, '--json', self.work('no/folder/a.json')))
+        self.assertIn('/nowhere', self.refused(1, *session, '--initial-pose-topic', '/nowhere'))
+        self.assertIn('lateral', self.refused(1, *session, *topic, '--views', 'ap,lateral'))
+        with open(self.work('far.yaml'), 'w') as file:
+            file.write('position: [0.0, 0.0, -0.5]\norientation: [0, 0, 0, 1]\n')
+        error = self.refused(1, *session, '--initial-pose', self.work('far.yaml'))
+        self.assertIn('session.bag', error)
+        self.assertIn('no frame could be registered', error)
+        self.assertIn('--initial-pose', error)
+        self.assertFalse(os.path.exists(self.work('refused')), 'what is refused writes nothing')
+
+    def test_goals_on_recorded_sessions(self):
+        data = os.environ.get('XRAY_REGISTRATION_DATA')
+        if not data:
+            self.skipTest('XRAY_REGISTRATION_DATA does not name the recorded data')
+        for ct, bag in (('ct/pelvis_2mm.nii.gz', 'sessions/pelvis_biplane.bag'),
+                        ('ct/head_phantom_0.9mm.nii.gz', 'clinical_size/head_1024_biplane.bag')):
+            right = self.recorded(data, ct, bag)
+            self.check_goals(right, self.recorded(data, ct, bag, '--wrong', 'focal_length:1.02'), 1.02)
+            self.check_goals(right, self.recorded(data, ct, bag, '--wrong', 'principal_point:12,0'), 1.0)
+            self.check_goals(right, self.recorded(data, ct, bag, '--wrong', 'view_pose:1,2'), 1.0)
+
+    def recorded(self, data, ct, bag, *words):
+        self.tool('calibrate', '--ct', os.path.join(data, ct), '--bag', os.path.join(data, bag), '--views', 'ap,oblique',
+                  '--initial-pose-topic', '/ap/ground_truth', '--frames', 4, '--output', self.work('recorded'), '--json',
+                  self.work('recorded.json'), *words)
+        return self.report('recorded.json')['views']
+
+    def check_goals(self, right, found, focal_scale):
+        """Focal length to 0.1 %, principal point to 1 px or said not to be known, relative pose to 0.05° and 0.3 mm
+        (half as much again with 4 frames instead of 12). Undisturbed, all is left as it was recorded."""
+        for name, view in found.items():
+            self.assertAlmostEqual(focal_scale * view['focal_scale'], 1.0, delta=0.001)
+            if 'principal_point' in view['undetermined']:
+                continue
+            self.assertAlmostEqual(view['cx'], right[name]['cx'], delta=1.0)
+            self.assertAlmostEqual(view['cy'], right[name]['cy'], delta=1.0)
+        a, b = right['oblique']['T_first_view'], found['oblique']['T_first_view']
+        turned = math.acos(min(1.0, (sum(a[i][j] * b[i][j] for i in range(3) for j in range(3)) - 1) / 2))
+        self.assertLess(math.degrees(turned), 0.05)
+        self.assertLess(math.sqrt(sum((a[i][3] - b[i][3]) ** 2 for i in range(3))), 0.45)
 
     def test_real_grids(self):
         data = os.environ.get('XRAY_REGISTRATION_DATA')

@@ -13,6 +13,8 @@
 
 namespace xray_registration {
 
+class Engine;
+
 /// What became of a frame.
 struct FrameOutcome {
   RegistrationResult result;  ///< Always has a reason when it is not accepted.
@@ -82,6 +84,9 @@ class RegistrationPipeline {
   std::optional<double> lastAcceptedStamp() const { return body_.last_accepted_s; }
   Eigen::Vector3d centreCt() const { return body_.centre_ct_mm; }
   const std::string& deviceName() const { return device_.deviceName(); }
+  /// The engine of the fast method with the present CT on it, for who asks more than poses of it. Null without a CT or
+  /// with another method; gone with the next CT, tuning, or failure of the device.
+  Engine* engine();
   std::size_t deviceBytes() const { return body_.registrar ? body_.registrar->deviceBytes() : 0; }
   const NodeParameters& parameters() const { return parameters_; }
   /// The CT as it was read, until the next one is read or dropCt() is called; for the bone surface.

@@ -1,0 +1,143 @@
+#include "tools/calibrate/session/calibrated_session.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "tools/calibrate/session/told_session.h"
+#include "tools/common/json_files.h"
+#include "tools/common/yaml_files.h"
+
+namespace xray_registration::tools {
+namespace {
+
+constexpr double kDegPerRad = 57.29577951308232;
+
+bool isDetermined(const CalibratedView& view, const char* what) {
+  return std::find(view.undetermined.begin(), view.undetermined.end(), what) == view.undetermined.end();
+}
+
+/// "1.9960 ± 0.0004", or as told when it could not be determined.
+void printRow(const char* name, double told, double found, double sigma, bool determined, const char* unit) {
+  if (determined) {
+    std::printf("  %-28s %12.4f %12.4f ± %-9.2g %s\n", name, told, found, sigma, unit);
+  } else {
+    std::printf("  %-28s %12.4f   not determined, held %s\n", name, told, unit);
+  }
+}
+
+double firstOf(const std::vector<double>& numbers) { return numbers.empty() ? 0.0 : numbers.front(); }
+
+void printCamera(const CalibratedSessionView& view) {
+  const CalibratedView& found = view.found;
+  const Calibration after = view.calibration();
+  const bool focal = isDetermined(found, "focal_length");
+  const bool centre = isDetermined(found, "principal_point");
+  const double sensor_px = std::max(view.told.binning_x, 1);
+  printRow("focal length fx", view.told.k[0], after.k[0], after.k[0] * found.sigma.focal_scale, focal, "px");
+  printRow("focal length fy", view.told.k[4], after.k[4], after.k[4] * found.sigma.focal_scale, focal, "px");
+  printRow("principal point cx", view.told.k[2], after.k[2], sensor_px * found.sigma.centre_px, centre, "px");
+  printRow("principal point cy", view.told.k[5], after.k[5], sensor_px * found.sigma.centre_px, centre, "px");
+  printRow("radial distortion k1", firstOf(view.told.distortion), firstOf(after.distortion), found.sigma.radial,
+           isDetermined(found, "distortion"), "");
+}
+
+void printPose(const CalibratedSessionView& view) {
+  if (!isDetermined(view.found, "view_pose")) {
+    std::printf("  relative pose                not determined, held\n");
+    return;
+  }
+  const RigidTransform told = view.T_view_first.inverse();
+  const RigidTransform found = view.T_first_view();
+  const ViewGeometrySigma& sigma = view.found.sigma;
+  std::printf("  %-28s %38.3f ± %-9.2g degrees\n", "relative pose: turned by",
+              kDegPerRad * rotationAngleBetween(told, found), kDegPerRad * sigma.rotation_rad);
+  std::printf("  %-28s %38.3f ± %-9.2g mm (± %.2g mm as seen at the CT)\n", "its source moved by",
+              (told.translation() - found.translation()).norm(), sigma.source_mm, sigma.translation_mm);
+}
+
+std::string nameOf(const CalibratedSessionView& view) {
+  if (view.bag.name.empty()) return "camera";
+  std::string name = view.bag.name;
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+void writeLaunch(const std::string& path, const std::vector<CalibratedSessionView>& views) {
+  std::ofstream stream(path);
+  stream.precision(12);
+  stream << "<launch>\n  <!-- Where the further views' X-ray sources stand in the first view's optical frame. -->\n";
+  for (std::size_t i = 1; i < views.size(); ++i) {
+    const RigidTransform T = views[i].T_first_view();
+    const Eigen::Vector3d p = T.translation() / 1000.0;
+    const Eigen::Quaterniond q(T.linear());
+    stream << "  <node pkg=\"tf2_ros\" type=\"static_transform_publisher\" name=\"" << nameOf(views[i]) << "_pose\"\n"
+           << "        args=\"" << p.x() << ' ' << p.y() << ' ' << p.z() << "  " << q.x() << ' ' << q.y() << ' '
+           << q.z() << ' ' << q.w() << "  " << views.front().bag.frame_id << ' ' << views[i].bag.frame_id << "\"/>\n";
+  }
+  stream << "</launch>\n";
+  if (!stream.flush()) throw std::runtime_error(path + ": cannot be written");
+}
+
+nlohmann::json toJson(const CalibratedSessionView& view) {
+  const ViewGeometry& geometry = view.found.geometry;
+  const ViewGeometrySigma& sigma = view.found.sigma;
+  const Calibration after = view.calibration();
+  const double sensor_px = std::max(view.told.binning_x, 1);
+  return {{"focal_scale", geometry.focal_scale},
+          {"focal_scale_sigma", sigma.focal_scale},
+          {"fx", after.k[0]},
+          {"fy", after.k[4]},
+          {"cx", after.k[2]},
+          {"cy", after.k[5]},
+          {"centre_sigma_px", sensor_px * sigma.centre_px},
+          {"k1", firstOf(after.distortion)},
+          {"k1_sigma", sigma.radial},
+          {"T_first_view", tools::toJson(view.T_first_view())},
+          {"rotation_sigma_deg", kDegPerRad * sigma.rotation_rad},
+          {"translation_sigma_mm", sigma.source_mm},
+          {"translation_at_ct_sigma_mm", sigma.translation_mm},
+          {"undetermined", view.found.undetermined}};
+}
+
+}  // namespace
+
+Calibration CalibratedSessionView::calibration() const { return corrected(told, found.geometry); }
+
+void printTable(const std::vector<CalibratedSessionView>& views) {
+  std::printf("  %-28s %12s %12s   %s\n", "", "told", "calibrated", "σ");
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    std::printf("%s\n", views[i].bag.name.empty() ? "view" : ("view '" + views[i].bag.name + "'").c_str());
+    printCamera(views[i]);
+    if (i > 0) printPose(views[i]);
+  }
+}
+
+std::vector<std::string> writeFiles(const std::string& folder, const std::vector<CalibratedSessionView>& views) {
+  std::vector<std::string> written;
+  const auto file = [&](const std::string& name) {
+    written.push_back((std::filesystem::path(folder) / name).string());
+    return written.back();
+  };
+  for (const CalibratedSessionView& view : views) {
+    writeCameraFile(file(nameOf(view) + ".yaml"), nameOf(view), view.calibration());
+  }
+  if (views.size() > 1) writeLaunch(file("views.launch"), views);
+  return written;
+}
+
+void writeReport(const std::string& path, const std::vector<CalibratedSessionView>& views,
+                 const GeometryCalibration& found, std::size_t frames_tried) {
+  nlohmann::json all = nlohmann::json::object();
+  for (const CalibratedSessionView& view : views) all[view.bag.name] = toJson(view);
+  writeJson(path, {{"views", all},
+                   {"frames", found.T_camera_ct.size()},
+                   {"frames_tried", frames_tried},
+                   {"similarity_before", found.similarity_before},
+                   {"similarity_after", found.similarity_after},
+                   {"converged", found.converged}});
+}
+
+}  // namespace xray_registration::tools
