@@ -83,6 +83,8 @@ void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
   group.number("max_jump_mm", 0.1, 1000.0, &accept->max_jump_mm);
   group.number("max_jump_rad", 1e-3, M_PI, &accept->max_jump_rad);
   group.number("max_disagreement_mm", 0.01, 100.0, &accept->max_disagreement_mm);
+  group.number("min_margin", 0.0, 2.0, &accept->min_margin);
+  group.number("clear_margin", 0.0, 3.0, &accept->clear_margin);
   group.number("max_setup_error_mm", 0.01, 1000.0, &accept->max_setup_error_mm);
   group.refuseUnknown();
 }

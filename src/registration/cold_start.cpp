@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "registration/in_plane_distance.h"
 #include "registration/pose_search.h"
 
 namespace xray_registration {
@@ -12,18 +13,8 @@ namespace {
 constexpr int kSearchSteps = 10;
 constexpr int kCoarseSteps = 15;
 constexpr int kFinestSteps = 8;
-
-/// Mean motion of points on the target sphere between two poses, in the camera's x and y.
-double inPlaneDistance(const RigidTransform& a, const RigidTransform& b, const Eigen::Vector3d& centre_ct) {
-  double sum = 0.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double side : {-1.0, 1.0}) {
-      const Eigen::Vector3d target = centre_ct + side * kTargetRadiusMm * Eigen::Vector3d::Unit(axis);
-      sum += (a * target - b * target).head<2>().norm();
-    }
-  }
-  return sum / 6.0;
-}
+/// Places that one search goes on from: a neighbour bone may look better on the coarsest level.
+constexpr std::size_t kPlaces = 3;
 
 /// Coarse to fine. The search has already been on the coarsest level.
 std::vector<Stage> stagesFrom(int coarsest, const RegistrarOptions& options) {
@@ -49,34 +40,50 @@ Solution descend(FrameObjective* objective, const std::vector<Stage>& stages, bo
   return solution;
 }
 
-/// One search and the descent to the level above the finest. `noticed`: leaving rays out changed weights.
-Attempt attemptFrom(FrameObjective* objective, int coarsest, bool leave_out, const RigidTransform& start,
-                    int first_index, bool* noticed) {
+/// One search and the descents from what it found to the level above the finest. `noticed`: leaving rays out changed
+/// weights. What is sure needs no other places.
+std::vector<Attempt> attemptsFrom(FrameObjective* objective, int coarsest, bool leave_out, const RigidTransform& start,
+                                  int first_index, bool* noticed) {
   const RegistrarOptions& options = objective->options();
   *noticed = objective->views().weigh(leave_out, start);
-  Solution found;
-  found.T_camera_ct = start;
+  std::vector<RigidTransform> places = {start};
   if (options.search) {
     const Stage stage{coarsest, coarseSpan(options.similarity), kSearchSteps};
-    found.T_camera_ct = searchAround(objective, stage, start, first_index);
-    if (leave_out) *noticed |= objective->views().weigh(true, found.T_camera_ct);
+    places = searchAround(objective, stage, start, first_index, kPlaces);
   }
   std::vector<Stage> stages = stagesFrom(coarsest, options);
   if (stages.size() > 1) stages.pop_back();
-  return {descend(objective, stages, leave_out, found), leave_out};
+  std::vector<Attempt> attempts;
+  for (const RigidTransform& place : places) {
+    if (leave_out && options.search) *noticed |= objective->views().weigh(true, place);
+    Solution found;
+    found.T_camera_ct = place;
+    attempts.push_back({descend(objective, stages, leave_out, found), leave_out});
+    const Solution& solution = attempts.back().solution;
+    if (!solution.failed && solution.sums.similarity >= options.accept.sure_similarity) break;
+  }
+  return attempts;
 }
 
 /// Whether the X-ray shows the cut as the CT does (a specimen, a phantom) or a body that goes on is not known before:
-/// both are tried, what matches better tells, and goes on to the finest level.
-Attempt searchAndDescend(FrameObjective* objective, int coarsest, const RigidTransform& start, int first_index) {
+/// both are tried, what matches better tells, and goes on to the finest level. The others are its rivals.
+Attempt searchAndDescend(FrameObjective* objective, int coarsest, const RigidTransform& start, int first_index,
+                         Attempts* all) {
   const RegistrarOptions& options = objective->options();
   bool noticed = false;
-  Attempt best = attemptFrom(objective, coarsest, options.truncation_weights, start, first_index, &noticed);
+  std::vector<Attempt> made =
+      attemptsFrom(objective, coarsest, options.truncation_weights, start, first_index, &noticed);
   if (noticed) {
-    const Attempt whole = attemptFrom(objective, coarsest, false, start, first_index, &noticed);
-    const bool better = best.solution.failed || whole.solution.sums.similarity > best.solution.sums.similarity;
-    if (!whole.solution.failed && better) best = whole;
+    for (const Attempt& whole : attemptsFrom(objective, coarsest, false, start, first_index, &noticed)) {
+      made.push_back(whole);
+    }
   }
+  const auto best_made = std::max_element(made.begin(), made.end(), [](const Attempt& a, const Attempt& b) {
+    return !b.solution.failed && (a.solution.failed || a.solution.sums.similarity < b.solution.sums.similarity);
+  });
+  Attempt best = *best_made;
+  made.erase(best_made);
+  for (const Attempt& rival : made) all->addRival(rival);
   objective->views().weigh(best.leave_out, best.solution.T_camera_ct);
   const std::vector<Stage> stages = stagesFrom(coarsest, options);
   if (stages.size() > 1 && !best.solution.failed) {
@@ -112,25 +119,40 @@ double Attempts::disagreementMm() const {
   return nearest;
 }
 
+Rival Attempts::rival() const {
+  const Solution& winner = best().solution;
+  Rival nearest_by;
+  const auto consider = [&](const Attempt& other) {
+    if (other.solution.failed) return;
+    const double distance_mm = inPlaneDistance(winner.T_camera_ct, other.solution.T_camera_ct, centre_ct_);
+    if (distance_mm < kOtherPlaceMm || other.solution.likeness() <= nearest_by.similarity) return;
+    nearest_by = {other.solution.likeness(), distance_mm};
+  };
+  for (const Attempt& other : all_) consider(other);
+  for (const Attempt& other : rivals_) consider(other);
+  return nearest_by;
+}
+
 ColdStartResult startCold(FrameObjective* objective, const RigidTransform& start) {
   // Other poses around the same start, and a finer level: a right answer is found twice, a wrong one rarely.
   constexpr int kMostAttempts = 4;
   const RegistrarOptions& options = objective->options();
   const int coarsest = objective->views().coarsestLevel(start);
   Attempts attempts(objective->views().centreCt());
-  std::optional<double> disagreement_mm;
+  std::optional<Confirmation> confirmation;
   for (int i = 0; i < kMostAttempts && !objective->exceeded(); ++i) {
     const int level = i == 0 ? coarsest : std::max(coarsest - 1, 0);
-    attempts.add(searchAndDescend(objective, level, start, 1 + i * options.search_poses));
+    attempts.add(searchAndDescend(objective, level, start, 1 + i * options.search_poses, &attempts));
     const Solution& best = attempts.best().solution;
     const bool sure = !best.failed && best.likeness() >= options.accept.sure_similarity;
-    disagreement_mm.reset();
+    confirmation.reset();
     if (!options.search || sure) break;
-    disagreement_mm = attempts.disagreementMm();
-    if (*disagreement_mm <= options.accept.max_disagreement_mm) break;
+    confirmation = Confirmation{attempts.disagreementMm(), attempts.rival()};
+    const bool stands_out = best.likeness() - confirmation->rival.similarity >= options.accept.min_margin;
+    if (confirmation->disagreement_mm <= options.accept.max_disagreement_mm && stands_out) break;
   }
   const Attempt& best = attempts.best();
-  return {best.solution, {coarsest, best.solution.robust_scale2, best.leave_out}, disagreement_mm};
+  return {best.solution, {coarsest, best.solution.robust_scale2, best.leave_out}, confirmation};
 }
 
 }  // namespace xray_registration

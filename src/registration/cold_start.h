@@ -13,12 +13,26 @@ struct Attempt {
   bool leave_out = false;
 };
 
+/// The best of what was found at another place than the best.
+struct Rival {
+  double similarity = -1.0;  ///< −1: nothing was.
+  double distance_mm = 0.0;  ///< In-plane, from the best.
+};
+
+/// What speaks for the best attempt where likeness alone is not sure.
+struct Confirmation {
+  double disagreement_mm = 0.0;  ///< To the nearest other solve, in-plane.
+  Rival rival;
+};
+
 /// The attempts of one cold start: which one is best, and whether another one found the same.
 class Attempts {
  public:
   explicit Attempts(const Eigen::Vector3d& centre_ct) : centre_ct_(centre_ct) {}
 
   void add(const Attempt& attempt) { all_.push_back(attempt); }
+  /// What a search found beside its best, down to the level above the finest.
+  void addRival(const Attempt& attempt) { rivals_.push_back(attempt); }
 
   /// The most alike that did not fail; the first one when all failed.
   const Attempt& best() const;
@@ -26,18 +40,22 @@ class Attempts {
   /// In-plane distance from the best to the nearest other one that did not fail, mm; a huge number without one.
   double disagreementMm() const;
 
+  /// The most alike of what was found elsewhere.
+  Rival rival() const;
+
  private:
   std::size_t bestIndex() const;
 
   Eigen::Vector3d centre_ct_;
   std::vector<Attempt> all_;
+  std::vector<Attempt> rivals_;
 };
 
 /// What a cold start gives.
 struct ColdStartResult {
   Solution solution;
   ColdStart found;
-  std::optional<double> disagreement_mm;  ///< Between two solves; none when the likeness alone is sure.
+  std::optional<Confirmation> confirmation;  ///< None when the likeness alone is sure.
 };
 
 /// Finds the CT around a start that no accepted neighbour confirms: searches, descends coarse to fine, and, unless the

@@ -59,7 +59,7 @@ class SmallFrame {
     level = std::min(level, views_.lastLevel());
     const Similarity similarity = objective_.options().similarity;
     solution_.T_camera_ct =
-        searchAround(&objective_, {level, coarseSpan(similarity), kSteps}, solution_.T_camera_ct, 1);
+        searchAround(&objective_, {level, coarseSpan(similarity), kSteps}, solution_.T_camera_ct, 1, 1).front();
     return refine(level);
   }
 
@@ -104,6 +104,8 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
                               const RegistrarOptions& options) {
   PutRight told{{}, solution.T_camera_ct};
   std::vector<std::string> names;
+  names.reserve(views.size());
+  told.views.reserve(views.size());
   for (const ViewInput& view : views) {
     told.views.push_back(reduced(view));
     names.push_back(view.name);

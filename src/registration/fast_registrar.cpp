@@ -83,7 +83,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   } else {
     const ColdStartResult cold = startCold(&objective, T_camera_ct_start);
     solution = cold.solution;
-    history.disagreement_mm = cold.disagreement_mm;
+    history.confirmation = cold.confirmation;
     found_ = std::make_unique<ColdStart>(cold.found);
   }
   history.exceeded_steps = budget.exceeded() ? budget.allowed() : 0;
@@ -113,6 +113,7 @@ void FastRegistrar::checkSetup(const std::vector<ViewInput>& inputs, const Solut
   if (options_.check_every == 0) return;
   if (result->accepted && (searched || --frames_until_check_ <= 0)) {
     std::vector<std::string> names;
+    names.reserve(inputs.size());
     for (const ViewInput& input : inputs) names.push_back(input.name);
     if (searched) {
       setup_check_->forget();

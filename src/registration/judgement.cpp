@@ -79,8 +79,12 @@ void judge(const DeviceViews& views, const Solution& solution, const SolveHistor
   }
   cues.jump_mm = (centre - history.T_camera_ct_start * views.centreCt()).norm();
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, history.T_camera_ct_start);
-  cues.has_second_solve = history.disagreement_mm.has_value();
-  cues.disagreement_mm = history.disagreement_mm.value_or(0.0);
+  cues.has_second_solve = history.confirmation.has_value();
+  if (history.confirmation) {
+    cues.disagreement_mm = history.confirmation->disagreement_mm;
+    cues.rival_similarity = history.confirmation->rival.similarity;
+    cues.rival_mm = history.confirmation->rival.distance_mm;
+  }
   result->reason = reasonToRefuse(cues, thresholdsFor(views.size(), options.accept));
   result->accepted = result->reason.empty();
 }

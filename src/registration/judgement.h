@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "registration/cold_start.h"
 #include "registration/device_views.h"
 #include "registration/solution.h"
 #include "xray_registration/registration/registrar.h"
@@ -14,7 +15,7 @@ struct SolveHistory {
   bool predicted = false;  ///< The start is the prediction from an accepted neighbour.
   bool searched = false;   ///< A cold start.
   int exceeded_steps = 0;
-  std::optional<double> disagreement_mm;  ///< Between two solves of a cold start.
+  std::optional<Confirmation> confirmation;  ///< Of a cold start whose likeness alone is not sure.
 };
 
 /// Fills the result's numbers from the solution, with its covariance, and accepts or refuses it.

@@ -4,6 +4,8 @@
 #include <limits>
 #include <numeric>
 
+#include "registration/in_plane_distance.h"
+
 namespace xray_registration {
 namespace {
 
@@ -52,23 +54,34 @@ std::vector<RigidTransform> bestOf(const std::vector<RigidTransform>& poses, con
   return best;
 }
 
+/// The places of refined poses, best first.
+std::vector<RigidTransform> placesOf(std::vector<GaussNewtonResult> refined, const Eigen::Vector3d& centre_ct,
+                                     std::size_t places) {
+  std::stable_sort(refined.begin(), refined.end(),
+                   [](const auto& a, const auto& b) { return orderedCost(a.sums) < orderedCost(b.sums); });
+  std::vector<RigidTransform> found;
+  for (const GaussNewtonResult& result : refined) {
+    const bool known = std::any_of(found.begin(), found.end(), [&](const RigidTransform& other) {
+      return inPlaneDistance(result.T_camera_ct, other, centre_ct) < kOtherPlaceMm;
+    });
+    if (!known && found.size() < places) found.push_back(result.T_camera_ct);
+  }
+  return found;
+}
+
 }  // namespace
 
-RigidTransform searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
-                            int first_index) {
+std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
+                                         int first_index, std::size_t places) {
   const Eigen::Vector3d& centre_ct = objective->views().centreCt();
   const std::vector<RigidTransform> poses = posesAround(start, centre_ct, objective->options(), first_index);
   const std::vector<StepSums> ranked = objective->evaluate(stage, kNotRobust, poses);
-  if (ranked.empty()) return start;
+  if (ranked.empty()) return {start};
   const auto batch = [&](const std::vector<RigidTransform>& asked) {
     return objective->evaluate(stage, kNotRobust, asked);
   };
-  const std::vector<GaussNewtonResult> refined =
-      minimiseMany(batch, bestOf(poses, ranked), centre_ct, objective->solverFor(stage, start));
-  const auto winner = std::min_element(refined.begin(), refined.end(), [](const auto& a, const auto& b) {
-    return orderedCost(a.sums) < orderedCost(b.sums);
-  });
-  return winner->T_camera_ct;
+  return placesOf(minimiseMany(batch, bestOf(poses, ranked), centre_ct, objective->solverFor(stage, start)), centre_ct,
+                  places);
 }
 
 }  // namespace xray_registration

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <vector>
+
 #include "registration/frame_objective.h"
 
 namespace xray_registration {
 
 /// Ranks `solver/search_poses` poses around the start in one launch, refines the best eight and the start side by side,
-/// and gives the best of them. The poses are elements `first_index` … of a Halton sequence: the same everywhere, and
-/// others for another first index.
-RigidTransform searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
-                            int first_index);
+/// and gives the places that they found, best first, at most `places`. The poses are elements `first_index` … of a
+/// Halton sequence: the same everywhere, and others for another first index.
+std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
+                                         int first_index, std::size_t places);
 
 }  // namespace xray_registration

@@ -54,7 +54,13 @@ std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept)
     return sentence("the pose turned ", cues.jump_rad * kDegreesPerRadian, " degrees from the prediction, more than ",
                     accept.max_jump_rad * kDegreesPerRadian);
   }
-  if (cues.has_second_solve && !(cues.disagreement_mm <= accept.max_disagreement_mm)) {
+  const double margin = cues.similarity - cues.rival_similarity;
+  if (cues.has_second_solve && !(margin >= accept.min_margin)) {
+    return sentence("another place, ", cues.rival_mm, " mm away, explains the X-ray nearly as well: similarity ",
+                    cues.rival_similarity, " against ", cues.similarity);
+  }
+  const bool clear = cues.rival_similarity > -1.0 && margin >= accept.clear_margin;
+  if (cues.has_second_solve && !clear && !(cues.disagreement_mm <= accept.max_disagreement_mm)) {
     return sentence("a second solve from another start ended ", cues.disagreement_mm, " mm away, more than ",
                     accept.max_disagreement_mm);
   }

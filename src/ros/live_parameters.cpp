@@ -16,6 +16,8 @@ void copyAccept(const From& from, To* to) {
   to->max_jump_mm = from.max_jump_mm;
   to->max_jump_rad = from.max_jump_rad;
   to->max_disagreement_mm = from.max_disagreement_mm;
+  to->min_margin = from.min_margin;
+  to->clear_margin = from.clear_margin;
   to->max_setup_error_mm = from.max_setup_error_mm;
 }
 

@@ -57,5 +57,18 @@ TEST(Attempts, OneThatFailedConfirmsNothing) {
   EXPECT_GT(all_failed.disagreementMm(), 1e6);
 }
 
+TEST(Attempts, TheRivalIsTheMostAlikeOfWhatWasFoundElsewhere) {
+  Attempts attempts(kCentre);
+  attempts.add(attempt(0.0, 0.7));
+  EXPECT_EQ(attempts.rival().similarity, -1.0);
+  attempts.addRival(attempt(1.0, 0.69));  // The same place.
+  EXPECT_EQ(attempts.rival().similarity, -1.0);
+  attempts.addRival(attempt(20.0, 0.5));
+  attempts.add(attempt(30.0, 0.6));
+  attempts.addRival(attempt(40.0, 0.65, true));  // Failed.
+  EXPECT_EQ(attempts.rival().similarity, 0.6);
+  EXPECT_NEAR(attempts.rival().distance_mm, 30.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace xray_registration

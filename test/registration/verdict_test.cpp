@@ -32,6 +32,8 @@ AcceptOptions thresholds() {
   accept.max_jump_mm = 17.0;
   accept.max_jump_rad = 0.2;
   accept.max_disagreement_mm = 1.7;
+  accept.min_margin = 0.04;
+  accept.clear_margin = 0.11;
   return accept;
 }
 
@@ -75,6 +77,13 @@ std::vector<Case> cases() {
          c->jump_rad = 0.25;
        },
        {"turned", "14.3", "11.5"}},
+      {"rival",
+       [](VerdictCues* c) {
+         c->has_second_solve = true;
+         c->rival_similarity = 0.88;
+         c->rival_mm = 23.0;
+       },
+       {"another place", "23", "0.88", "0.9"}},
       {"second solve",
        [](VerdictCues* c) {
          c->has_second_solve = true;
@@ -144,6 +153,18 @@ TEST(VerdictTest, CuesThatDoNotApplyAreNotJudged) {
   EXPECT_EQ(reasonToRefuse(cold, thresholds()), "");
 }
 
+TEST(VerdictTest, WhatStandsFarAboveAllElseNeedNotBeFoundTwice) {
+  VerdictCues cues = good();
+  cues.has_second_solve = true;
+  cues.disagreement_mm = 25.0;
+  cues.rival_similarity = cues.similarity - 0.1;
+  EXPECT_NE(reasonToRefuse(cues, thresholds()).find("second solve"), std::string::npos);
+  cues.rival_similarity = cues.similarity - 0.12;
+  EXPECT_EQ(reasonToRefuse(cues, thresholds()), "");
+  cues.rival_similarity = -1.0;  // Nothing else was found: nothing to stand above.
+  EXPECT_NE(reasonToRefuse(cues, thresholds()).find("second solve"), std::string::npos);
+}
+
 TEST(VerdictTest, WhatIsNotANumberNeverPasses) {
   const std::vector<std::function<void(VerdictCues*)>> spoilers = {
       [](VerdictCues* c) { c->similarity = kNan; },
@@ -154,6 +175,7 @@ TEST(VerdictTest, WhatIsNotANumberNeverPasses) {
       [](VerdictCues* c) { c->search_range_mm = 60.0, c->jump_mm = kNan; },
       [](VerdictCues* c) { c->search_range_rad = 0.4, c->jump_rad = kNan; },
       [](VerdictCues* c) { c->has_second_solve = true, c->disagreement_mm = kNan; },
+      [](VerdictCues* c) { c->has_second_solve = true, c->rival_similarity = kNan; },
   };
   for (std::size_t i = 0; i < spoilers.size(); ++i) {
     VerdictCues cues = good();

@@ -19,6 +19,8 @@ struct AcceptOptions {
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
+  double min_margin = 0.03;          ///< A cold start that is not sure: similarity above the best other place's.
+  double clear_margin = 0.06;        ///< So far above it, a cold start need not be found twice.
   double max_setup_error_mm = 1.0;   ///< How much a wrong input may move the pose.
   double max_disagreement_mm = 1.0;  ///< Between the two solves, in-plane, mean over 60 mm around the CT's centre.
 };
@@ -43,7 +45,7 @@ struct RegistrarOptions {
                          ///< start.
 
   // Fast method.
-  int max_steps_per_frame = 400;     ///< Evaluations of the objective, whatever for: bounds the latency.
+  int max_steps_per_frame = 1000;    ///< Evaluations of the objective, whatever for: bounds the latency.
   double max_image_pixels = 100000;  ///< A view is binned until no more of its pixels have CT behind them.
   bool search = true;                ///< Without an accepted neighbour: search around the start before the descent.
   double search_rotation_rad = 0.22;

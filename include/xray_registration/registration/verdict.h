@@ -21,7 +21,9 @@ struct VerdictCues {
   double search_range_mm = 0.0;  ///< Cold starts: further from the start than this is outside the search; 0: no bound.
   double search_range_rad = 0.0;
   bool has_second_solve = false;
-  double disagreement_mm = 0.0;  ///< Between the solves, in-plane, over the CT's box.
+  double disagreement_mm = 0.0;    ///< Between the solves, in-plane, over the CT's box.
+  double rival_similarity = -1.0;  ///< Of the best that was found at another place; −1: nothing was.
+  double rival_mm = 0.0;           ///< How far away, in-plane.
 };
 
 /// Why the solution is not to be trusted, in plain words with the numbers; empty when every cue passes.
