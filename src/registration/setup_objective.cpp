@@ -13,6 +13,7 @@ constexpr int kMotions = 6 + kCameraMotions + 6;
 std::vector<RayMotion> motionsOf(const XrayCamera& told, const RigidTransform& T_view_ct,
                                  const Eigen::Vector3d& centre_view_mm) {
   std::vector<RayMotion> motions;
+  motions.reserve(kMotions);
   for (int i = 0; i < 6; ++i) motions.push_back(motionByTwist(i, centre_view_mm));
   motions.push_back(motionByFocalLength());
   motions.push_back(motionByPrincipalPoint(0, told));

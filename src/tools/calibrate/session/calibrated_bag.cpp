@@ -38,7 +38,7 @@ bool isBelow(const Transforms& all, const std::string& frame, const std::string&
 void correct(const CalibratedSessionView& view, const std::string& first_frame, Transforms* all) {
   const bool above_first = isBelow(*all, first_frame, view.bag.frame_id);
   // Points of the view as calibrated, in the view's frame as recorded.
-  const RigidTransform T_recorded_found = view.bag.T_view_first * view.T_first_view();
+  const RigidTransform T_recorded_found = view.bag.T_view_first * view.firstViewFromThis();
   for (auto& one : *all) {
     const RigidTransform T = fromTransform(one.transform, "/tf_static");
     if (above_first && bare(one.header.frame_id) == view.bag.frame_id) {

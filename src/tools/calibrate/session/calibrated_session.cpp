@@ -50,7 +50,7 @@ void printPose(const CalibratedSessionView& view) {
     return;
   }
   const RigidTransform told = view.T_view_first.inverse();
-  const RigidTransform found = view.T_first_view();
+  const RigidTransform found = view.firstViewFromThis();
   const ViewGeometrySigma& sigma = view.found.sigma;
   std::printf("  %-28s %38.3f ± %-9.2g degrees\n", "relative pose: turned by",
               kDegPerRad * rotationAngleBetween(told, found), kDegPerRad * sigma.rotation_rad);
@@ -70,7 +70,7 @@ void writeLaunch(const std::string& path, const std::vector<CalibratedSessionVie
   stream.precision(12);
   stream << "<launch>\n  <!-- Where the further views' X-ray sources stand in the first view's optical frame. -->\n";
   for (std::size_t i = 1; i < views.size(); ++i) {
-    const RigidTransform T = views[i].T_first_view();
+    const RigidTransform T = views[i].firstViewFromThis();
     const Eigen::Vector3d p = T.translation() / 1000.0;
     const Eigen::Quaterniond q(T.linear());
     stream << "  <node pkg=\"tf2_ros\" type=\"static_transform_publisher\" name=\"" << nameOf(views[i]) << "_pose\"\n"
@@ -95,7 +95,7 @@ nlohmann::json toJson(const CalibratedSessionView& view) {
           {"centre_sigma_px", sensor_px * sigma.centre_px},
           {"k1", firstOf(after.distortion)},
           {"k1_sigma", sigma.radial},
-          {"T_first_view", tools::toJson(view.T_first_view())},
+          {"T_first_view", tools::toJson(view.firstViewFromThis())},
           {"rotation_sigma_deg", kDegPerRad * sigma.rotation_rad},
           {"translation_sigma_mm", sigma.source_mm},
           {"translation_at_ct_sigma_mm", sigma.translation_mm},

@@ -16,8 +16,8 @@ struct CalibratedSessionView {
   RigidTransform T_view_first;  ///< As told.
   CalibratedView found;
 
-  Calibration calibration() const;                                                       ///< Corrected.
-  RigidTransform T_first_view() const { return found.geometry.T_view_first.inverse(); }  ///< Corrected.
+  Calibration calibration() const;                                                            ///< Corrected.
+  RigidTransform firstViewFromThis() const { return found.geometry.T_view_first.inverse(); }  ///< Corrected.
 };
 
 /// What is printed: told, found, σ, for each view.

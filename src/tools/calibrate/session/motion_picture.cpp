@@ -34,6 +34,7 @@ std::vector<Arrow> arrowsOf(const std::vector<ResidualMotion>& all, std::size_t 
     for (int axis = 0; axis < 2; ++axis) motions[static_cast<std::size_t>(axis)].push_back(one.motion_px[axis]);
   }
   std::vector<Arrow> arrows;
+  arrows.reserve(cells.size());
   for (const auto& [cell, motions] : cells) {
     arrows.push_back(
         {cell_px * Eigen::Vector2d(cell.first + 0.5, cell.second + 0.5), {median(motions[0]), median(motions[1])}});
@@ -43,6 +44,7 @@ std::vector<Arrow> arrowsOf(const std::vector<ResidualMotion>& all, std::size_t 
 
 double quantileOfLengths(const std::vector<Arrow>& arrows, double share) {
   std::vector<double> lengths;
+  lengths.reserve(arrows.size());
   for (const Arrow& arrow : arrows) lengths.push_back(arrow.motion.norm());
   return quantile(lengths, share);
 }
