@@ -1,15 +1,8 @@
 #include "xray_registration/drr/ray_motion.h"
 
+#include "xray_registration/geometry/cross_matrix.h"
+
 namespace xray_registration {
-namespace {
-
-Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return matrix;
-}
-
-}  // namespace
 
 RayMotion motionByTwist(int component, const Eigen::Vector3d& centre_camera_mm) {
   // The CT moves, so as the CT sees it the ray moves the other way.

@@ -9,7 +9,6 @@
 #include "registration/discrete_hypotheses.h"
 #include "registration/frame_objective.h"
 #include "registration/pose_search.h"
-#include "xray_registration/common/statistics.h"
 #include "xray_registration/image/image_pyramid.h"
 
 namespace xray_registration {

@@ -4,16 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "xray_registration/geometry/cross_matrix.h"
+
 namespace xray_registration {
 namespace {
 
 constexpr double kLimitsWidth = 256.0;  ///< Of the image that the limits in pixels are for.
-
-Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return matrix;
-}
 
 /// The coefficient that moves a pixel at half the image's width by so much.
 double radialMoving(double pixels, const XrayCamera& camera) {

@@ -8,7 +8,7 @@
 namespace xray_registration {
 namespace {
 
-/// σ from zero at which an estimate is certain. On right inputs the sessions' largest is 5 (docs/accuracy.md): windows
+/// σ from zero at which an estimate is certain. On right inputs the sessions' largest was 5 (the wrist): windows
 /// are not quite independent, and what a CT is not exact in is no noise.
 constexpr double kCertain = 6.0;
 /// A step from a compromise sees a part of the whole effect: so much of what matters is enough to try.

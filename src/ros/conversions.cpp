@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "xray_registration/geometry/cross_matrix.h"
+
 namespace xray_registration {
 
 namespace encodings = sensor_msgs::image_encodings;
@@ -96,12 +98,6 @@ geometry_msgs::Quaternion quaternionOf(const RigidTransform& transform) {
   message.z = rotation.z();
   message.w = rotation.w();
   return message;
-}
-
-Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
-  Eigen::Matrix3d m;
-  m << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
-  return m;
 }
 
 }  // namespace

@@ -8,12 +8,7 @@ void intensity_sums(SUMS_ARGUMENTS) {
   PREPARE_RAYS
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
-  if (get_local_id(0) == 0) {
-    const RayGeometry g = ray_geometry(pose, k, RAY_U(0), RAY_V(0));
-    reference[0] = value[0] * g.length_mm * pose[P_SCALE];
-    reference[1] = xray[min(origin.y, height - 1) * width + min(origin.x, width - 1)];
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
+  REFERENCE_OF_TILE
   if (part == 0) {
     const float value_ref = reference[0], xray_ref = reference[1];
     for (int r = 0; r < LANES; ++r) {

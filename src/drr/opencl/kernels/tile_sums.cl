@@ -6,6 +6,15 @@
       const int tiles_x, const int tiles, const int width, const int height, __global const float *xray,            \
       __global const float *weight, __global float *sums_out
 
+// The values of the tile's first pixel, which DRR and X-ray are relative to so that float suffices, into `reference`.
+#define REFERENCE_OF_TILE                                                                \
+  if (get_local_id(0) == 0) {                                                            \
+    const RayGeometry g = ray_geometry(pose, k, RAY_U(0), RAY_V(0));                     \
+    reference[0] = value[0] * g.length_mm * pose[P_SCALE];                               \
+    reference[1] = xray[min(origin.y, height - 1) * width + min(origin.x, width - 1)];   \
+  }                                                                                      \
+  barrier(CLK_LOCAL_MEM_FENCE);
+
 __constant uchar kFirst[SUMS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2,
                                  2, 3, 3, 3, 3, 3, 3, 4, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 7, 7, 8};
 __constant uchar kSecond[SUMS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2, 3, 4, 5, 6, 7, 8, 2, 3, 4, 5, 6, 7,
