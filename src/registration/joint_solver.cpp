@@ -98,7 +98,9 @@ class ArrowSystem {
       return;
     }
     const Eigen::MatrixXd cross = seen.matrix.topRows<6>() * basis;
-    const Frame frame{ldlt.solve(seen.gradient.head<6>()), ldlt.solve(cross)};
+    Frame frame{ldlt.solve(seen.gradient.head<6>()), cross};
+    // Eigen's triangular solver takes the address of the first element, which nothing has when only poses are free.
+    if (cross.cols() > 0) frame.follows = ldlt.solve(cross);
     Eigen::MatrixXd shared = basis.transpose() * seen.matrix * basis;
     shared.diagonal() *= 1.0 + damping;
     if (own_.size() == 0) own_ = Eigen::VectorXd::Zero(shared.rows());
