@@ -5,6 +5,7 @@
 
 #include "registration/in_plane_distance.h"
 #include "registration/pose_search.h"
+#include "xray_registration/registration/verdict.h"
 
 namespace xray_registration {
 namespace {
@@ -137,6 +138,7 @@ ColdStartResult startCold(FrameObjective* objective, const RigidTransform& start
   // Other poses around the same start, and a finer level: a right answer is found twice, a wrong one rarely.
   constexpr int kMostAttempts = 4;
   const RegistrarOptions& options = objective->options();
+  const AcceptOptions accept = thresholdsFor(objective->views().size(), options.accept);
   const int coarsest = objective->views().coarsestLevel(start);
   Attempts attempts(objective->views().centreCt());
   std::optional<Confirmation> confirmation;
@@ -144,7 +146,8 @@ ColdStartResult startCold(FrameObjective* objective, const RigidTransform& start
     const int level = i == 0 ? coarsest : std::max(coarsest - 1, 0);
     attempts.add(searchAndDescend(objective, level, start, 1 + i * options.search_poses, &attempts));
     const Solution& best = attempts.best().solution;
-    const bool sure = !best.failed && best.likeness() >= options.accept.sure_similarity;
+    const bool sure = !best.failed && best.likeness() >= options.accept.sure_similarity &&
+                      standsAlone(best.likeness(), best.sums.inlier_fraction, accept);
     confirmation.reset();
     if (!options.search || sure) break;
     confirmation = Confirmation{attempts.disagreementMm(), attempts.rival()};
@@ -152,7 +155,10 @@ ColdStartResult startCold(FrameObjective* objective, const RigidTransform& start
     if (confirmation->disagreement_mm <= options.accept.max_disagreement_mm && stands_out) break;
   }
   const Attempt& best = attempts.best();
-  return {best.solution, {coarsest, best.solution.robust_scale2, best.leave_out}, confirmation};
+  const Solution& found = best.solution;
+  return {found,
+          {coarsest, found.robust_scale2, best.leave_out, found.likeness(), found.sums.inlier_fraction},
+          confirmation};
 }
 
 }  // namespace xray_registration

@@ -80,6 +80,8 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   Solution solution;
   if (!history.searched) {
     solution = trackFrame(&objective, *found_, T_camera_ct_start);
+    history.found_similarity = found_->similarity;
+    history.found_inlier_fraction = found_->inlier_fraction;
   } else {
     const ColdStartResult cold = startCold(&objective, T_camera_ct_start);
     solution = cold.solution;
@@ -120,7 +122,7 @@ void FastRegistrar::checkSetup(const std::vector<ViewInput>& inputs, const Solut
       views_->weigh(found_->leave_out_unexplained, solution.T_camera_ct);
     }
     SetupObjective objective(engine_.get(), views_.get(), budget);
-    SetupOpinion opinion = setup_check_->look(&objective, solution, names, options_.accept.max_setup_error_mm);
+    SetupOpinion opinion = setup_check_->look(&objective, solution, names, options_.accept);
     suspicions_ = std::move(opinion.suspicions);
     result->reason = std::move(opinion.refusal);
     result->accepted = result->reason.empty();

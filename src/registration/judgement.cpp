@@ -48,14 +48,6 @@ void describe(const Solution& solution, int span, RegistrationResult* result) {
   result->covariance = covarianceOf(sums, span);
 }
 
-/// One view has more look-alikes than several.
-AcceptOptions thresholdsFor(std::size_t views, AcceptOptions accept) {
-  if (views > 1) return accept;
-  accept.min_similarity = std::max(accept.min_similarity, accept.min_similarity_one_view);
-  accept.min_inlier_fraction = std::max(accept.min_inlier_fraction, accept.min_inlier_fraction_one_view);
-  return accept;
-}
-
 }  // namespace
 
 void judge(const DeviceViews& views, const Solution& solution, const SolveHistory& history,
@@ -80,10 +72,15 @@ void judge(const DeviceViews& views, const Solution& solution, const SolveHistor
   cues.jump_mm = (centre - history.T_camera_ct_start * views.centreCt()).norm();
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, history.T_camera_ct_start);
   cues.has_second_solve = history.confirmation.has_value();
+  cues.found_similarity = history.found_similarity;
+  cues.found_inlier_fraction = history.found_inlier_fraction;
   if (history.confirmation) {
     cues.disagreement_mm = history.confirmation->disagreement_mm;
     cues.rival_similarity = history.confirmation->rival.similarity;
     cues.rival_mm = history.confirmation->rival.distance_mm;
+    result->compared = true;
+    result->rival_similarity = cues.rival_similarity;
+    result->disagreement_mm = cues.disagreement_mm;
   }
   result->reason = reasonToRefuse(cues, thresholdsFor(views.size(), options.accept));
   result->accepted = result->reason.empty();

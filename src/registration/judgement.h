@@ -15,6 +15,8 @@ struct SolveHistory {
   bool predicted = false;  ///< The start is the prediction from an accepted neighbour.
   bool searched = false;   ///< A cold start.
   int exceeded_steps = 0;
+  double found_similarity = 1.0;  ///< Of the cold start that a tracked frame follows.
+  double found_inlier_fraction = 1.0;
   std::optional<Confirmation> confirmation;  ///< Of a cold start whose likeness alone is not sure.
 };
 

@@ -62,6 +62,7 @@ ScoreTest conclude(const Score& score) {
                                   scale.asDiagonal();
   test.estimate = -inverse * score.score;
   test.covariance = inverse * score.scatter * inverse;
+  test.gain = -score.score.dot(test.estimate);
   test.pose_effect = -score.follows * test.estimate;
   test.effect_mm = motionMm(test.pose_effect);
   const Eigen::LDLT<Eigen::MatrixXd> spread(test.covariance);

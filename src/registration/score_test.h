@@ -29,6 +29,7 @@ struct ScoreTest {
   Eigen::MatrixXd covariance;         ///< From the windows' own scores (P. J. Huber, 1967).
   Twist pose_effect = Twist::Zero();  ///< What they would move the pose by: the right pose less the present one.
   double effect_mm = 0.0;             ///< The same as motion of points around the CT's centre.
+  double gain = 0.0;                  ///< rᵀS⁻¹r: twice the cost that the estimate would take away.
   double deviations = 0.0;            ///< How many σ the estimate is from zero: √(eᵀ C⁻¹ e / parameters).
 };
 ScoreTest conclude(const Score& score);

@@ -2,7 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 
+#include "registration/residual_motion.h"
 #include "registration/setup_trials.h"
 
 namespace xray_registration {
@@ -15,6 +18,8 @@ constexpr double kCertain = 6.0;
 constexpr double kPartSeen = 0.25;
 /// Tiles of a view that the check looks at, at most: it takes the finest level with no more.
 constexpr int kMostTiles = 1600;
+/// Share of the evidence for a field of motions that a distortion has to explain to be named.
+constexpr double kMostlyExplained = 0.7;
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
 int finestLevel(const DeviceViews& views) {
@@ -34,6 +39,53 @@ void addSuspicions(const SetupHypothesis& hypothesis, const ScoreTest& test, std
   }
 }
 
+bool tooMuch(const ResidualMotion& left, const AcceptOptions& accept) {
+  return left.determined && left.deviations > kCertain && left.rms_mm > accept.max_residual_motion_mm;
+}
+
+SetupSuspicion suspicionOf(const ResidualMotion& left) {
+  return {"other_patient",
+          "the shape of the CT (what no pose moves away)",
+          left.rms_mm,
+          left.sigma_mm,
+          "mm",
+          left.rms_mm,
+          left.deviations > kCertain};
+}
+
+/// A distortion that was not told cannot be tried, but its score can explain the field of motions as well as any.
+const SetupHypothesis* distortionThatExplains(const ResidualMotion& left,
+                                              const std::vector<SetupHypothesis>& hypotheses,
+                                              const std::vector<ScoreTest>& tests, const SetupEvidence& seen) {
+  const SetupHypothesis* best = nullptr;
+  double most = kMostlyExplained * left.gain;
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    if (hypotheses[i].can_be_tried || !tests[i].determined || tests[i].deviations < kCertain) continue;
+    const double gain = conclude(scoreOf(seen, hypotheses[i].basis)).gain;
+    if (gain < most) continue;
+    most = gain;
+    best = &hypotheses[i];
+  }
+  return best;
+}
+
+std::string misfitInWords(const ResidualMotion& left, const AcceptOptions& accept,
+                          const std::vector<SetupHypothesis>& hypotheses, const std::vector<ScoreTest>& tests,
+                          const SetupEvidence& seen) {
+  std::ostringstream text;
+  text << std::setprecision(2);
+  const SetupHypothesis* distortion = distortionThatExplains(left, hypotheses, tests, seen);
+  if (distortion != nullptr) {
+    text << distortion->in_words << " looks wrong: parts of the X-rays are " << left.rms_mm << " ± " << left.sigma_mm
+         << " mm from where the CT has them; " << distortion->remedy;
+  } else {
+    text << "the CT and the X-rays differ in shape: where the pose is best, parts are still " << left.rms_mm << " ± "
+         << left.sigma_mm << " mm from where the CT has them, more than " << accept.max_residual_motion_mm
+         << ": is the CT another patient's, or bent, or is more than one thing told wrongly?";
+  }
+  return text.str();
+}
+
 }  // namespace
 
 void SetupCheck::forget() {
@@ -50,29 +102,47 @@ void SetupCheck::addUp(const SetupEvidence& seen) {
   for (std::size_t i = 0; i < hypotheses_.size(); ++i) scores_[i].add(scoreOf(seen, hypotheses_[i].basis));
 }
 
-SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solution,
-                              const std::vector<std::string>& view_names, double limit_mm) {
-  const Setup told = toldSetup(objective->views(), solution.T_camera_ct);
+std::vector<ScoreTest> SetupCheck::testAll(const Setup& told, const SetupEvidence& seen,
+                                           const std::vector<std::string>& view_names) {
   if (hypotheses_.empty() || view_names != view_names_) {
     view_names_ = view_names;
     hypotheses_ = setupHypotheses(SetupLayout(told.views.size()), view_names);
     scores_.assign(hypotheses_.size(), Score());
   }
+  addUp(seen);
+  std::vector<ScoreTest> tests;
+  tests.reserve(scores_.size());
+  for (const Score& score : scores_) tests.push_back(conclude(score));
+  return tests;
+}
+
+SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solution,
+                              const std::vector<std::string>& view_names, const AcceptOptions& accept) {
+  const Setup told = toldSetup(objective->views(), solution.T_camera_ct);
   const int level = finestLevel(objective->views());
   const std::optional<SetupEvidence> seen = objective->evaluate(told, {level, 1, 1}, solution.robust_scale2);
   SetupOpinion opinion;
   if (!seen) return opinion;
-  addUp(*seen);
-  std::vector<ScoreTest> tests;
+  const std::vector<ScoreTest> tests = testAll(told, *seen, view_names);
   bool doubtful = false;
   for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
-    const ScoreTest test = conclude(scores_[i]);
-    tests.push_back(test);
-    if (!test.determined) continue;
-    addSuspicions(hypotheses_[i], test, &opinion.suspicions);
-    doubtful |= test.deviations > kCertain && test.effect_mm > kPartSeen * limit_mm;
+    if (!tests[i].determined) continue;
+    addSuspicions(hypotheses_[i], tests[i], &opinion.suspicions);
+    doubtful |= tests[i].deviations > kCertain && tests[i].effect_mm > kPartSeen * accept.max_setup_error_mm;
   }
-  if (doubtful) opinion.refusal = tryHypotheses(objective, solution, level, hypotheses_, tests, limit_mm);
+  const ResidualMotion left = residualMotion(*seen);
+  if (left.determined) opinion.suspicions.push_back(suspicionOf(left));
+  if (!doubtful && !tooMuch(left, accept)) return opinion;
+  const auto cause = tryHypotheses(objective, solution, level, hypotheses_, tests, accept.max_setup_error_mm);
+  const bool explained = cause && !tooMuch(cause->left, accept);
+  if (explained) {
+    opinion.refusal = cause->in_words;
+  } else if (tooMuch(left, accept)) {
+    opinion.refusal = misfitInWords(left, accept, hypotheses_, tests, *seen);
+  }
+  if (!explained && cause) {
+    opinion.refusal += (opinion.refusal.empty() ? "" : "; the closest single cause: ") + cause->in_words;
+  }
   return opinion;
 }
 

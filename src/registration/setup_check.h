@@ -18,12 +18,13 @@ struct SetupOpinion {
 
 /// Asks at solutions whether what was told (focal lengths, principal points, distortion, the views' poses, the CT's
 /// size) is right. One evaluation with more derivatives gives a score test of each; evidence adds up over the frames
-/// that were looked at. Only what a test makes certain is tried (setup_trials.h).
+/// that were looked at. Only what a test makes certain is tried (setup_trials.h). What moves in the images of the frame
+/// when the pose is right (residual_motion.h) and nothing that was tried explains is another patient's CT.
 class SetupCheck {
  public:
   /// At a frame's solution, with the views weighed as for it. @throws DeviceError.
   SetupOpinion look(SetupObjective* objective, const Solution& solution, const std::vector<std::string>& view_names,
-                    double limit_mm);
+                    const AcceptOptions& accept);
 
   /// What is uncertain in the geometry and the CT's size adds to the pose's covariance, as of the last look: K diag(σ²)
   /// Kᵀ with K = M_pp⁻¹ M_pe; the parameters are considered, not solved for (S. F. Schmidt, 1966). Zero before.
@@ -34,6 +35,8 @@ class SetupCheck {
 
  private:
   void addUp(const SetupEvidence& seen);
+  std::vector<ScoreTest> testAll(const Setup& told, const SetupEvidence& seen,
+                                 const std::vector<std::string>& view_names);
 
   std::vector<SetupHypothesis> hypotheses_;
   std::vector<std::string> view_names_;

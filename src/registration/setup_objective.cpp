@@ -69,12 +69,17 @@ void SetupObjective::addView(std::size_t index, const Setup& setup, const Stage&
   Eigen::Matrix<double, kMotions, kMotions> matrix = Eigen::Matrix<double, kMotions, kMotions>::Zero();
   Eigen::MatrixXd gradients(kMotions, products.tiles_x * products.tiles_y);
   Eigen::Index count = 0;
+  constexpr int kShift = 6 + SetupLayout::kCentre;
+  const Matrix6d to_view = twistCarriedBy(setup.views[index].T_view_first);
   forEachWindow(products, options, [&](const WindowEvidence& window) {
     matrix += window.matrix;
     gradients.col(count++) = window.gradient;
     evidence->cost += window.cost;
-    evidence->windows.push_back({index, window.x, window.y, window.content, window.correlation, window.cost});
+    evidence->windows.push_back({index, window.x, window.y, window.content, window.correlation, window.cost,
+                                 window.matrix.block<2, 2>(kShift, kShift),
+                                 to_view.transpose() * window.matrix.block<6, 2>(0, kShift)});
   });
+  evidence->mm_per_pixel.push_back((T_view_ct * centreCt()).z() / view.told.fx);
   const Eigen::MatrixXd carried = carriedFrom(index, setup);
   evidence->matrix += carried.transpose() * matrix * carried;
   const Eigen::Index before = evidence->gradients.cols();

@@ -17,6 +17,9 @@ struct SetupWindow {
   double content = 0.0;
   double correlation = 0.0;
   double cost = 0.0;
+  /// Gauss-Newton, by the principal point of the window's rays in pixels, and mixed with the pose.
+  Eigen::Matrix2d by_shift = Eigen::Matrix2d::Zero();
+  Eigen::Matrix<double, 6, 2> pose_by_shift = Eigen::Matrix<double, 6, 2>::Zero();
 };
 
 /// The frame's objective at a set-up, with derivatives by everything that may be wrong.
@@ -29,6 +32,7 @@ struct SetupEvidence {
   Eigen::VectorXd gradient;
   Eigen::MatrixXd matrix;  ///< Gauss-Newton.
   double cost = 0.0;
+  std::vector<double> mm_per_pixel;  ///< By view: at the CT, of the image as it came.
   std::vector<SetupWindow> windows;
   Eigen::MatrixXd gradients;  ///< Layout × windows: their own, which add up to the gradient.
 };

@@ -116,13 +116,13 @@ std::string inWords(const std::vector<Trial>& trials, const Setup& told, const E
 
 }  // namespace
 
-std::string tryHypotheses(SetupObjective* objective, const Solution& solution, int level,
-                          const std::vector<SetupHypothesis>& hypotheses, const std::vector<ScoreTest>& tests,
-                          double limit_mm) {
+std::optional<SetupCause> tryHypotheses(SetupObjective* objective, const Solution& solution, int level,
+                                        const std::vector<SetupHypothesis>& hypotheses,
+                                        const std::vector<ScoreTest>& tests, double limit_mm) {
   const Setup told = toldSetup(objective->views(), solution.T_camera_ct);
   const Eigen::MatrixXd nothing_else(SetupLayout(told.views.size()).size(), 0);
   const auto plain = solveSetup(objective, {level, 1, kFineSteps}, solution.robust_scale2, nothing_else, told);
-  if (!plain) return {};
+  if (!plain) return std::nullopt;
   std::vector<Trial> trials;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
     if (!hypotheses[i].can_be_tried || !tests[i].determined || tests[i].deviations < kWorthTrying) continue;
@@ -130,8 +130,9 @@ std::string tryHypotheses(SetupObjective* objective, const Solution& solution, i
     if (trial) trials.push_back(std::move(*trial));
   }
   putCauseFirst(&trials);
-  if (trials.empty() || trials.front().better_by < kBetter || trials.front().moved_mm < limit_mm) return {};
-  return inWords(trials, plain->setup, objective->centreCt());
+  if (trials.empty() || trials.front().better_by < kBetter || trials.front().moved_mm < limit_mm) return std::nullopt;
+  const SetupSolution& found = trials.front().found;
+  return SetupCause{inWords(trials, plain->setup, objective->centreCt()), residualMotion(found.evidence)};
 }
 
 }  // namespace xray_registration

@@ -23,6 +23,8 @@ struct ColdStart {
   int coarsest_level = 0;             ///< Of the X-ray's pyramid, on which the CT still has a shadow of some size.
   double robust_scale2 = kNotRobust;  ///< Of the windows' errors on the finest level.
   bool leave_out_unexplained = true;  ///< Whether rays behind cut faces are left out (the body goes on).
+  double similarity = 1.0;            ///< Of what was found, as the verdict saw it.
+  double inlier_fraction = 1.0;
 };
 
 }  // namespace xray_registration

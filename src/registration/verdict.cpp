@@ -1,5 +1,6 @@
 #include "xray_registration/registration/verdict.h"
 
+#include <algorithm>
 #include <iomanip>
 #include <sstream>
 
@@ -15,8 +16,37 @@ std::string sentence(const Parts&... parts) {
 }
 
 constexpr double kDegreesPerRadian = 57.29577951308232;
+/// How much less alike than its cold start a tracked frame may be where that was not alike itself.
+constexpr double kMayFall = 0.1;
+
+struct Likeness {
+  double similarity = 0.0;
+  double inlier_fraction = 0.0;
+};
+
+/// What a result needs: less where it was compared with other places, or follows one that was.
+Likeness leastLikeness(const VerdictCues& cues, const AcceptOptions& accept) {
+  const Likeness alone{accept.min_similarity, accept.min_inlier_fraction};
+  const Likeness guard{std::min(accept.guard_similarity, alone.similarity),
+                       std::min(accept.guard_inlier_fraction, alone.inlier_fraction)};
+  if (cues.has_second_solve) return guard;
+  if (!cues.tracking) return alone;
+  return {std::clamp(cues.found_similarity - kMayFall, guard.similarity, alone.similarity),
+          std::clamp(cues.found_inlier_fraction - kMayFall, guard.inlier_fraction, alone.inlier_fraction)};
+}
 
 }  // namespace
+
+AcceptOptions thresholdsFor(std::size_t views, AcceptOptions accept) {
+  if (views > 1) return accept;
+  accept.min_similarity = std::max(accept.min_similarity, accept.min_similarity_one_view);
+  accept.min_inlier_fraction = std::max(accept.min_inlier_fraction, accept.min_inlier_fraction_one_view);
+  return accept;
+}
+
+bool standsAlone(double similarity, double inlier_fraction, const AcceptOptions& accept) {
+  return similarity >= accept.min_similarity && inlier_fraction >= accept.min_inlier_fraction;
+}
 
 std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept) {
   if (!cues.finite) return "the solver met a number that is not finite";
@@ -25,13 +55,14 @@ std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept)
     return sentence("the solver ran out of its ", cues.exceeded_steps,
                     " steps a frame (solver/max_steps_per_frame) before it was done");
   }
-  if (!(cues.similarity >= accept.min_similarity)) {
+  const Likeness least = leastLikeness(cues, accept);
+  if (!(cues.similarity >= least.similarity)) {
     return sentence("the X-ray and the DRR do not look alike: similarity ", cues.similarity, " is below ",
-                    accept.min_similarity);
+                    least.similarity);
   }
-  if (!(cues.inlier_fraction >= accept.min_inlier_fraction)) {
+  if (!(cues.inlier_fraction >= least.inlier_fraction)) {
     return sentence("too little of the X-ray is explained by the CT: inlier fraction ", cues.inlier_fraction,
-                    " is below ", accept.min_inlier_fraction);
+                    " is below ", least.inlier_fraction);
   }
   if (!(cues.condition_number <= accept.max_condition_number)) {
     return sentence("the image does not fix the pose: condition number ", cues.condition_number, " is above ",
@@ -59,7 +90,8 @@ std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept)
     return sentence("another place, ", cues.rival_mm, " mm away, explains the X-ray nearly as well: similarity ",
                     cues.rival_similarity, " against ", cues.similarity);
   }
-  const bool clear = cues.rival_similarity > -1.0 && margin >= accept.clear_margin;
+  const bool clear = cues.rival_similarity > -1.0 && margin >= accept.clear_margin &&
+                     standsAlone(cues.similarity, cues.inlier_fraction, accept);
   if (cues.has_second_solve && !clear && !(cues.disagreement_mm <= accept.max_disagreement_mm)) {
     return sentence("a second solve from another start ended ", cues.disagreement_mm, " mm away, more than ",
                     accept.max_disagreement_mm);

@@ -12,6 +12,8 @@ void copyAccept(const From& from, To* to) {
   to->sure_similarity = from.sure_similarity;
   to->min_inlier_fraction = from.min_inlier_fraction;
   to->min_inlier_fraction_one_view = from.min_inlier_fraction_one_view;
+  to->guard_similarity = from.guard_similarity;
+  to->guard_inlier_fraction = from.guard_inlier_fraction;
   to->max_condition_number = from.max_condition_number;
   to->max_jump_mm = from.max_jump_mm;
   to->max_jump_rad = from.max_jump_rad;
@@ -19,6 +21,7 @@ void copyAccept(const From& from, To* to) {
   to->min_margin = from.min_margin;
   to->clear_margin = from.clear_margin;
   to->max_setup_error_mm = from.max_setup_error_mm;
+  to->max_residual_motion_mm = from.max_residual_motion_mm;
 }
 
 /// All but the similarity, which is a text on one side.

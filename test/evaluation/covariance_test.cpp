@@ -106,6 +106,7 @@ NormalisedError normalisedErrorOfWrongSetups(std::size_t views) {
   RegistrarOptions options;
   options.setup = {0.01, 1.0, 0.3, 1.0, 0.0};
   options.accept.max_setup_error_mm = 1000.0;
+  options.accept.max_residual_motion_mm = 1000.0;
   const auto registrar = makeRegistrar(std::make_shared<Device>(), options, {});
   registrar->setVolume(volume);
   const Eigen::Vector3d centre_ct_mm = registrar->centreCt();

@@ -34,6 +34,8 @@ AcceptOptions thresholds() {
   accept.max_disagreement_mm = 1.7;
   accept.min_margin = 0.04;
   accept.clear_margin = 0.11;
+  accept.guard_similarity = 0.31;
+  accept.guard_inlier_fraction = 0.23;
   return accept;
 }
 
@@ -49,7 +51,7 @@ std::vector<Case> cases() {
       {"finite", [](VerdictCues* c) { c->finite = false; }, {"not finite"}},
       {"in view", [](VerdictCues* c) { c->in_view = false; }, {"left the image"}},
       {"steps", [](VerdictCues* c) { c->exceeded_steps = 17; }, {"ran out", "17", "solver/max_steps_per_frame"}},
-      {"similarity", [](VerdictCues* c) { c->similarity = 0.37; }, {"similarity", "0.37", "0.61"}},
+      {"similarity", [](VerdictCues* c) { c->similarity = 0.27; }, {"similarity", "0.27", "0.61"}},
       {"inliers", [](VerdictCues* c) { c->inlier_fraction = 0.21; }, {"inlier fraction", "0.21", "0.43"}},
       {"condition", [](VerdictCues* c) { c->condition_number = 8000.0; }, {"condition number", "8e+03", "7e+03"}},
       {"converged", [](VerdictCues* c) { c->converged = false; }, {"converged"}},
@@ -115,6 +117,42 @@ TEST(VerdictTest, NumbersAtTheirThresholdsPass) {
   cues.jump_rad = accept.max_jump_rad;
   cues.disagreement_mm = accept.max_disagreement_mm;
   EXPECT_EQ(reasonToRefuse(cues, accept), "");
+}
+
+TEST(VerdictTest, WhatStandsClearOfEveryOtherPlaceNeedsOnlyTheGuard) {
+  const AcceptOptions accept = thresholds();
+  VerdictCues cues = good();
+  cues.similarity = 0.4;
+  cues.inlier_fraction = 0.3;
+  EXPECT_NE(reasonToRefuse(cues, accept), "");  // Alone.
+  cues.has_second_solve = true;
+  cues.rival_similarity = 0.2;
+  EXPECT_EQ(reasonToRefuse(cues, accept), "");
+  cues.disagreement_mm = 2.0;  // Far above the others, but not found twice.
+  EXPECT_NE(reasonToRefuse(cues, accept).find("second solve"), std::string::npos);
+  cues.disagreement_mm = 0.1;
+  cues.rival_similarity = 0.37;
+  EXPECT_NE(reasonToRefuse(cues, accept).find("another place"), std::string::npos);
+  cues.rival_similarity = 0.2;
+  cues.inlier_fraction = 0.22;
+  EXPECT_NE(reasonToRefuse(cues, accept).find("0.23"), std::string::npos);
+  cues.similarity = 0.3;
+  EXPECT_NE(reasonToRefuse(cues, accept).find("0.31"), std::string::npos);
+}
+
+TEST(VerdictTest, ATrackedFrameMayBeLittleLessAlikeThanItsColdStart) {
+  const AcceptOptions accept = thresholds();
+  VerdictCues cues = good();
+  cues.tracking = true;
+  cues.similarity = 0.45;
+  cues.inlier_fraction = 0.35;
+  EXPECT_NE(reasonToRefuse(cues, accept), "");  // Its cold start was as alike as can be.
+  cues.found_similarity = 0.5;
+  EXPECT_NE(reasonToRefuse(cues, accept).find("inlier"), std::string::npos);
+  cues.found_inlier_fraction = 0.4;
+  EXPECT_EQ(reasonToRefuse(cues, accept), "");
+  cues.similarity = 0.39;
+  EXPECT_NE(reasonToRefuse(cues, accept).find("below 0.4"), std::string::npos);
 }
 
 TEST(VerdictTest, EachCueAloneRefusesAndSaysWhy) {

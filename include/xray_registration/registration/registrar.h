@@ -42,6 +42,9 @@ struct RegistrationResult {
   double inlier_fraction = 0.0;   ///< Share of the CT's shadow that is recognised: windows that correlate well.
   double condition_number = 0.0;  ///< Of the normal matrix, rotation scaled by the target radius.
   Matrix6d covariance = Matrix6d::Zero();  ///< [mm; rad], translation then rotation about the CT centre, camera axes.
+  bool compared = false;                   ///< A cold start that was not sure looked for other places and solved again:
+  double rival_similarity = -1.0;          ///< of the best at another place, −1 where nothing was; and
+  double disagreement_mm = 0.0;            ///< from the nearest other solve, in-plane.
   std::vector<SetupSuspicion> suspicions;  ///< About what was told, as of the last frame that was looked at.
   double solve_ms = 0.0;
   double upload_ms = 0.0;

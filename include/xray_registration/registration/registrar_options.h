@@ -16,13 +16,16 @@ struct AcceptOptions {
   double sure_similarity = 0.8;          ///< Below it, a cold start is solved a second time and both must agree.
   double min_inlier_fraction = 0.3;
   double min_inlier_fraction_one_view = 0.75;
+  double guard_similarity = 0.45;  ///< Instead of both where a cold start stands clear of every other place.
+  double guard_inlier_fraction = 0.35;
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
-  double min_margin = 0.03;          ///< A cold start that is not sure: similarity above the best other place's.
-  double clear_margin = 0.06;        ///< So far above it, a cold start need not be found twice.
-  double max_setup_error_mm = 1.0;   ///< How much a wrong input may move the pose.
-  double max_disagreement_mm = 1.0;  ///< Between the two solves, in-plane, mean over 60 mm around the CT's centre.
+  double min_margin = 0.03;             ///< A cold start that is not sure: similarity above the best other place's.
+  double clear_margin = 0.06;           ///< So far above it, a cold start need not be found twice.
+  double max_setup_error_mm = 1.0;      ///< How much a wrong input may move the pose.
+  double max_residual_motion_mm = 0.3;  ///< What may still move in the images where the pose is right.
+  double max_disagreement_mm = 1.0;     ///< Between the two solves, in-plane, mean over 60 mm around the CT's centre.
 };
 
 /// What calibration left open, one σ (parameters geometry/… and ct/scale_sigma): part of the pose's covariance. The

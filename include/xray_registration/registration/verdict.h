@@ -24,7 +24,15 @@ struct VerdictCues {
   double disagreement_mm = 0.0;    ///< Between the solves, in-plane, over the CT's box.
   double rival_similarity = -1.0;  ///< Of the best that was found at another place; −1: nothing was.
   double rival_mm = 0.0;           ///< How far away, in-plane.
+  double found_similarity = 1.0;   ///< Of the cold start that a tracked frame follows.
+  double found_inlier_fraction = 1.0;
 };
+
+/// Whether a result is alike enough to need no comparison with other places, as far as the least goes.
+bool standsAlone(double similarity, double inlier_fraction, const AcceptOptions& accept);
+
+/// The thresholds for so many views: one has more look-alikes than several.
+AcceptOptions thresholdsFor(std::size_t views, AcceptOptions accept);
 
 /// Why the solution is not to be trusted, in plain words with the numbers; empty when every cue passes.
 std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept);

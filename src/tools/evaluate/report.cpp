@@ -56,6 +56,8 @@ json toJson(const Trial& trial, const SuccessCriteria& criteria) {
           {"residual", result.residual},
           {"inlier_fraction", result.inlier_fraction},
           {"condition_number", result.condition_number},
+          {"rival_similarity", result.compared ? json(result.rival_similarity) : json()},
+          {"disagreement_mm", result.compared ? json(result.disagreement_mm) : json()},
           {"prepare_ms", trial.prepare_ms},
           {"upload_ms", result.upload_ms},
           {"solve_ms", trial.solve_ms},
