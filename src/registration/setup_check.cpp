@@ -5,7 +5,7 @@
 #include <iomanip>
 #include <sstream>
 
-#include "registration/residual_motion.h"
+#include "registration/residual_field.h"
 #include "registration/setup_trials.h"
 
 namespace xray_registration {
@@ -39,11 +39,11 @@ void addSuspicions(const SetupHypothesis& hypothesis, const ScoreTest& test, std
   }
 }
 
-bool tooMuch(const ResidualMotion& left, const AcceptOptions& accept) {
+bool tooMuch(const ResidualField& left, const AcceptOptions& accept) {
   return left.determined && left.deviations > kCertain && left.rms_mm > accept.max_residual_motion_mm;
 }
 
-SetupSuspicion suspicionOf(const ResidualMotion& left) {
+SetupSuspicion suspicionOf(const ResidualField& left) {
   return {"other_patient",
           "the shape of the CT (what no pose moves away)",
           left.rms_mm,
@@ -54,8 +54,7 @@ SetupSuspicion suspicionOf(const ResidualMotion& left) {
 }
 
 /// A distortion that was not told cannot be tried, but its score can explain the field of motions as well as any.
-const SetupHypothesis* distortionThatExplains(const ResidualMotion& left,
-                                              const std::vector<SetupHypothesis>& hypotheses,
+const SetupHypothesis* distortionThatExplains(const ResidualField& left, const std::vector<SetupHypothesis>& hypotheses,
                                               const std::vector<ScoreTest>& tests, const SetupEvidence& seen) {
   const SetupHypothesis* best = nullptr;
   double most = kMostlyExplained * left.gain;
@@ -69,7 +68,7 @@ const SetupHypothesis* distortionThatExplains(const ResidualMotion& left,
   return best;
 }
 
-std::string misfitInWords(const ResidualMotion& left, const AcceptOptions& accept,
+std::string misfitInWords(const ResidualField& left, const AcceptOptions& accept,
                           const std::vector<SetupHypothesis>& hypotheses, const std::vector<ScoreTest>& tests,
                           const SetupEvidence& seen) {
   std::ostringstream text;
@@ -130,7 +129,7 @@ SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solutio
     addSuspicions(hypotheses_[i], tests[i], &opinion.suspicions);
     doubtful |= tests[i].deviations > kCertain && tests[i].effect_mm > kPartSeen * accept.max_setup_error_mm;
   }
-  const ResidualMotion left = residualMotion(*seen);
+  const ResidualField left = residualField(*seen);
   if (left.determined) opinion.suspicions.push_back(suspicionOf(left));
   if (!doubtful && !tooMuch(left, accept)) return opinion;
   const auto cause = tryHypotheses(objective, solution, level, hypotheses_, tests, accept.max_setup_error_mm);

@@ -19,7 +19,7 @@ struct SetupOpinion {
 /// Asks at solutions whether what was told (focal lengths, principal points, distortion, the views' poses, the CT's
 /// size) is right. One evaluation with more derivatives gives a score test of each; evidence adds up over the frames
 /// that were looked at. Only what a test makes certain is tried (setup_trials.h). What moves in the images of the frame
-/// when the pose is right (residual_motion.h) and nothing that was tried explains is another patient's CT.
+/// when the pose is right (residual_field.h) and nothing that was tried explains is another patient's CT.
 class SetupCheck {
  public:
   /// At a frame's solution, with the views weighed as for it. @throws DeviceError.

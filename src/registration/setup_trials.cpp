@@ -132,7 +132,7 @@ std::optional<SetupCause> tryHypotheses(SetupObjective* objective, const Solutio
   putCauseFirst(&trials);
   if (trials.empty() || trials.front().better_by < kBetter || trials.front().moved_mm < limit_mm) return std::nullopt;
   const SetupSolution& found = trials.front().found;
-  return SetupCause{inWords(trials, plain->setup, objective->centreCt()), residualMotion(found.evidence)};
+  return SetupCause{inWords(trials, plain->setup, objective->centreCt()), residualField(found.evidence)};
 }
 
 }  // namespace xray_registration

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "registration/residual_motion.h"
+#include "registration/residual_field.h"
 #include "registration/score_test.h"
 #include "registration/setup_hypotheses.h"
 #include "registration/solution.h"
@@ -14,7 +14,7 @@ namespace xray_registration {
 /// What explains the X-rays better than what was told.
 struct SetupCause {
   std::string in_words;  ///< What is how far off, and what to do about it.
-  ResidualMotion left;   ///< What moves in the images when that is put right.
+  ResidualField left;    ///< What moves in the images when that is put right.
 };
 
 /// Tries hypotheses whose score tests (one each) are far from zero: solves for the set-up with the pose. What explains

@@ -1,4 +1,4 @@
-#include "registration/residual_motion.h"
+#include "registration/residual_field.h"
 
 #include <gtest/gtest.h>
 
@@ -52,48 +52,48 @@ Field noise() {
   };
 }
 
-TEST(ResidualMotionTest, AFieldThatNoPoseImitatesIsMeasured) {
+TEST(ResidualFieldTest, AFieldThatNoPoseImitatesIsMeasured) {
   const Field bent = [](double x, double) { return Eigen::Vector2d(0.0, 0.8 * std::cos(2.0 * M_PI * (x + 0.5))); };
-  const ResidualMotion motion = residualMotion(evidenceOf(bent));
+  const ResidualField motion = residualField(evidenceOf(bent));
   ASSERT_TRUE(motion.determined);
   // Of a wave's amplitude over √2; the ridge takes one hundredth of half of it.
   EXPECT_NEAR(motion.rms_mm, 0.8 / std::sqrt(2.0), 0.03);
   EXPECT_GT(motion.deviations, 6.0);
 }
 
-TEST(ResidualMotionTest, WhatThePoseCanFollowIsNoneOfIt) {
-  const ResidualMotion motion = residualMotion(evidenceOf([](double, double) { return Eigen::Vector2d(1.0, -2.0); }));
+TEST(ResidualFieldTest, WhatThePoseCanFollowIsNoneOfIt) {
+  const ResidualField motion = residualField(evidenceOf([](double, double) { return Eigen::Vector2d(1.0, -2.0); }));
   ASSERT_TRUE(motion.determined);
   EXPECT_LT(motion.rms_mm, 0.05);
 }
 
-TEST(ResidualMotionTest, NoiseOfTheWindowsIsNotCoherent) {
-  const ResidualMotion motion = residualMotion(evidenceOf(noise()));
+TEST(ResidualFieldTest, NoiseOfTheWindowsIsNotCoherent) {
+  const ResidualField motion = residualField(evidenceOf(noise()));
   ASSERT_TRUE(motion.determined);
   EXPECT_LT(std::abs(motion.deviations), 3.0);
   EXPECT_LT(motion.rms_mm, 0.1);  // Of 0.29 mm in each window.
 }
 
-TEST(ResidualMotionTest, ASmallFieldShowsInNoise) {
+TEST(ResidualFieldTest, ASmallFieldShowsInNoise) {
   const Field shifts = noise();
   const Field bent = [shifts](double x, double y) {
     return Eigen::Vector2d(shifts(x, y) + Eigen::Vector2d(0.3 * std::cos(2.0 * M_PI * (y + 0.5)), 0.0));
   };
-  const ResidualMotion motion = residualMotion(evidenceOf(bent));
+  const ResidualField motion = residualField(evidenceOf(bent));
   EXPECT_GT(motion.deviations, 6.0);
   EXPECT_NEAR(motion.rms_mm, 0.3 / std::sqrt(2.0), 3.0 * motion.sigma_mm);
 }
 
-TEST(ResidualMotionTest, WithoutAPoseNothingIsSaid) {
+TEST(ResidualFieldTest, WithoutAPoseNothingIsSaid) {
   SetupEvidence evidence = evidenceOf(noise());
   evidence.matrix.topLeftCorner<6, 6>().setZero();
-  EXPECT_FALSE(residualMotion(evidence).determined);
+  EXPECT_FALSE(residualField(evidence).determined);
 }
 
-TEST(ResidualMotionTest, NumbersThatAreNotFiniteDetermineNothing) {
+TEST(ResidualFieldTest, NumbersThatAreNotFiniteDetermineNothing) {
   SetupEvidence evidence = evidenceOf(noise());
   evidence.gradients(SetupLayout(1).of(0, SetupLayout::kCentre), 3) = std::nan("");
-  EXPECT_FALSE(residualMotion(evidence).determined);
+  EXPECT_FALSE(residualField(evidence).determined);
 }
 
 }  // namespace

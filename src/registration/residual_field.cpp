@@ -1,4 +1,4 @@
-#include "registration/residual_motion.h"
+#include "registration/residual_field.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -94,30 +94,30 @@ FieldSums sumsOf(const SetupEvidence& evidence) {
 
 }  // namespace
 
-ResidualMotion residualMotion(const SetupEvidence& evidence) {
-  ResidualMotion motion;
+ResidualField residualField(const SetupEvidence& evidence) {
+  ResidualField field;
   const Eigen::LDLT<Matrix6d> pose(Matrix6d(evidence.matrix.topLeftCorner<6, 6>()));
-  if (pose.info() != Eigen::Success || !(pose.vectorD().minCoeff() > 0.0)) return motion;
+  if (pose.info() != Eigen::Success || !(pose.vectorD().minCoeff() > 0.0)) return field;
   const FieldSums sums = sumsOf(evidence);
-  if (!(sums.by_shift > 0.0) || !sums.gradients.allFinite()) return motion;
+  if (!(sums.by_shift > 0.0) || !sums.gradients.allFinite()) return field;
   const Eigen::MatrixXd follows = pose.solve(sums.with_pose);
   const Eigen::MatrixXd parts = sums.gradients - follows.transpose() * evidence.gradients.topRows<6>();
   Eigen::MatrixXd curvature = sums.matrix - sums.with_pose.transpose() * follows;
   curvature.diagonal().array() += kRidge * sums.by_shift;
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(curvature);
-  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 0.0)) return motion;
+  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 0.0)) return field;
   const Eigen::VectorXd score = parts.rowwise().sum();
   const Eigen::MatrixXd noise = ldlt.solve(parts * parts.transpose());
   const double spread = std::sqrt(2.0 * (noise * noise).trace());
-  motion.gain = score.dot(ldlt.solve(score));
-  const double above = motion.gain - noise.trace();
-  motion.rms_mm = std::sqrt(std::max(above, 0.0) / sums.by_shift);
+  field.gain = score.dot(ldlt.solve(score));
+  const double above = field.gain - noise.trace();
+  field.rms_mm = std::sqrt(std::max(above, 0.0) / sums.by_shift);
   // σ of a root; of a root near zero, the root of σ.
   const double spread_mm2 = spread / sums.by_shift;
-  motion.sigma_mm = spread_mm2 / (2.0 * std::max(motion.rms_mm, 0.5 * std::sqrt(spread_mm2)));
-  motion.deviations = spread > 0.0 ? above / spread : 0.0;
-  motion.determined = std::isfinite(motion.deviations) && std::isfinite(motion.rms_mm);
-  return motion;
+  field.sigma_mm = spread_mm2 / (2.0 * std::max(field.rms_mm, 0.5 * std::sqrt(spread_mm2)));
+  field.deviations = spread > 0.0 ? above / spread : 0.0;
+  field.determined = std::isfinite(field.deviations) && std::isfinite(field.rms_mm);
+  return field;
 }
 
 }  // namespace xray_registration
