@@ -79,8 +79,10 @@ void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
   group.number("sure_similarity", -1.0, 1.0, &accept->sure_similarity);
   group.number("min_inlier_fraction", 0.0, 1.0, &accept->min_inlier_fraction);
   group.number("min_inlier_fraction_one_view", 0.0, 1.0, &accept->min_inlier_fraction_one_view);
-  group.number("guard_similarity", -1.0, 1.0, &accept->guard_similarity);
-  group.number("guard_inlier_fraction", 0.0, 1.0, &accept->guard_inlier_fraction);
+  group.number("alone_similarity", -1.0, 1.0, &accept->alone_similarity);
+  group.number("alone_similarity_one_view", -1.0, 1.0, &accept->alone_similarity_one_view);
+  group.number("alone_inlier_fraction", 0.0, 1.0, &accept->alone_inlier_fraction);
+  group.number("alone_inlier_fraction_one_view", 0.0, 1.0, &accept->alone_inlier_fraction_one_view);
   group.number("max_condition_number", 1.0, 1e15, &accept->max_condition_number);
   group.number("max_jump_mm", 0.1, 1000.0, &accept->max_jump_mm);
   group.number("max_jump_rad", 1e-3, M_PI, &accept->max_jump_rad);

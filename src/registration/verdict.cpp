@@ -26,13 +26,13 @@ struct Likeness {
 
 /// What a result needs: less where it was compared with other places, or follows one that was.
 Likeness leastLikeness(const VerdictCues& cues, const AcceptOptions& accept) {
-  const Likeness alone{accept.min_similarity, accept.min_inlier_fraction};
-  const Likeness guard{std::min(accept.guard_similarity, alone.similarity),
-                       std::min(accept.guard_inlier_fraction, alone.inlier_fraction)};
-  if (cues.has_second_solve) return guard;
+  const Likeness least{accept.min_similarity, accept.min_inlier_fraction};
+  if (cues.has_second_solve) return least;
+  const Likeness alone{std::max(least.similarity, accept.alone_similarity),
+                       std::max(least.inlier_fraction, accept.alone_inlier_fraction)};
   if (!cues.tracking) return alone;
-  return {std::clamp(cues.found_similarity - kMayFall, guard.similarity, alone.similarity),
-          std::clamp(cues.found_inlier_fraction - kMayFall, guard.inlier_fraction, alone.inlier_fraction)};
+  return {std::clamp(cues.found_similarity - kMayFall, least.similarity, alone.similarity),
+          std::clamp(cues.found_inlier_fraction - kMayFall, least.inlier_fraction, alone.inlier_fraction)};
 }
 
 }  // namespace
@@ -41,11 +41,14 @@ AcceptOptions thresholdsFor(std::size_t views, AcceptOptions accept) {
   if (views > 1) return accept;
   accept.min_similarity = std::max(accept.min_similarity, accept.min_similarity_one_view);
   accept.min_inlier_fraction = std::max(accept.min_inlier_fraction, accept.min_inlier_fraction_one_view);
+  accept.alone_similarity = std::max(accept.alone_similarity, accept.alone_similarity_one_view);
+  accept.alone_inlier_fraction = std::max(accept.alone_inlier_fraction, accept.alone_inlier_fraction_one_view);
   return accept;
 }
 
 bool standsAlone(double similarity, double inlier_fraction, const AcceptOptions& accept) {
-  return similarity >= accept.min_similarity && inlier_fraction >= accept.min_inlier_fraction;
+  return similarity >= std::max(accept.min_similarity, accept.alone_similarity) &&
+         inlier_fraction >= std::max(accept.min_inlier_fraction, accept.alone_inlier_fraction);
 }
 
 std::string reasonToRefuse(const VerdictCues& cues, const AcceptOptions& accept) {

@@ -12,8 +12,10 @@ void copyAccept(const From& from, To* to) {
   to->sure_similarity = from.sure_similarity;
   to->min_inlier_fraction = from.min_inlier_fraction;
   to->min_inlier_fraction_one_view = from.min_inlier_fraction_one_view;
-  to->guard_similarity = from.guard_similarity;
-  to->guard_inlier_fraction = from.guard_inlier_fraction;
+  to->alone_similarity = from.alone_similarity;
+  to->alone_similarity_one_view = from.alone_similarity_one_view;
+  to->alone_inlier_fraction = from.alone_inlier_fraction;
+  to->alone_inlier_fraction_one_view = from.alone_inlier_fraction_one_view;
   to->max_condition_number = from.max_condition_number;
   to->max_jump_mm = from.max_jump_mm;
   to->max_jump_rad = from.max_jump_rad;

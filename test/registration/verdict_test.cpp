@@ -26,16 +26,16 @@ VerdictCues good() {
 /// Thresholds unlike any default, so that a sentence can only have them from here.
 AcceptOptions thresholds() {
   AcceptOptions accept;
-  accept.min_similarity = 0.61;
-  accept.min_inlier_fraction = 0.43;
+  accept.min_similarity = 0.31;
+  accept.min_inlier_fraction = 0.23;
+  accept.alone_similarity = 0.61;
+  accept.alone_inlier_fraction = 0.43;
   accept.max_condition_number = 7000.0;
   accept.max_jump_mm = 17.0;
   accept.max_jump_rad = 0.2;
   accept.max_disagreement_mm = 1.7;
   accept.min_margin = 0.04;
   accept.clear_margin = 0.11;
-  accept.guard_similarity = 0.31;
-  accept.guard_inlier_fraction = 0.23;
   return accept;
 }
 
@@ -119,7 +119,7 @@ TEST(VerdictTest, NumbersAtTheirThresholdsPass) {
   EXPECT_EQ(reasonToRefuse(cues, accept), "");
 }
 
-TEST(VerdictTest, WhatStandsClearOfEveryOtherPlaceNeedsOnlyTheGuard) {
+TEST(VerdictTest, WhatStandsClearOfEveryOtherPlaceNeedsOnlyTheLeast) {
   const AcceptOptions accept = thresholds();
   VerdictCues cues = good();
   cues.similarity = 0.4;
@@ -138,6 +138,31 @@ TEST(VerdictTest, WhatStandsClearOfEveryOtherPlaceNeedsOnlyTheGuard) {
   EXPECT_NE(reasonToRefuse(cues, accept).find("0.23"), std::string::npos);
   cues.similarity = 0.3;
   EXPECT_NE(reasonToRefuse(cues, accept).find("0.31"), std::string::npos);
+}
+
+TEST(VerdictTest, OneViewNeedsMore) {
+  AcceptOptions accept = thresholds();
+  accept.min_similarity_one_view = 0.52;
+  accept.min_inlier_fraction_one_view = 0.2;  // Never less than several need.
+  accept.alone_similarity_one_view = 0.8;
+  accept.alone_inlier_fraction_one_view = 0.9;
+  const AcceptOptions two = thresholdsFor(2, accept);
+  EXPECT_EQ(two.min_similarity, 0.31);
+  EXPECT_EQ(two.alone_similarity, 0.61);
+  const AcceptOptions one = thresholdsFor(1, accept);
+  EXPECT_EQ(one.min_similarity, 0.52);
+  EXPECT_EQ(one.min_inlier_fraction, 0.23);
+  EXPECT_EQ(one.alone_similarity, 0.8);
+  EXPECT_EQ(one.alone_inlier_fraction, 0.9);
+}
+
+TEST(VerdictTest, TheLeastHoldsForWhatStandsAloneToo) {
+  AcceptOptions accept = thresholds();
+  accept.min_similarity = 0.95;
+  EXPECT_NE(reasonToRefuse(good(), accept).find("0.95"), std::string::npos);
+  EXPECT_FALSE(standsAlone(0.94, 0.9, accept));
+  EXPECT_TRUE(standsAlone(0.96, 0.9, accept));
+  EXPECT_FALSE(standsAlone(0.96, 0.4, accept));
 }
 
 TEST(VerdictTest, ATrackedFrameMayBeLittleLessAlikeThanItsColdStart) {

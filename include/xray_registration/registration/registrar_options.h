@@ -11,13 +11,15 @@ enum class Method { kFast, kPaper };
 
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
 struct AcceptOptions {
-  double min_similarity = 0.54;
-  double min_similarity_one_view = 0.7;  ///< One view has more look-alikes than several.
-  double sure_similarity = 0.8;          ///< Below it, a cold start is solved a second time and both must agree.
+  double min_similarity = 0.45;          ///< Whatever else speaks for a result.
+  double min_similarity_one_view = 0.6;  ///< One view has more look-alikes than several.
   double min_inlier_fraction = 0.3;
-  double min_inlier_fraction_one_view = 0.75;
-  double guard_similarity = 0.45;  ///< Instead of both where a cold start stands clear of every other place.
-  double guard_inlier_fraction = 0.35;
+  double min_inlier_fraction_one_view = 0.35;
+  double alone_similarity = 0.54;  ///< What was not compared with other places needs as much.
+  double alone_similarity_one_view = 0.7;
+  double alone_inlier_fraction = 0.3;
+  double alone_inlier_fraction_one_view = 0.75;
+  double sure_similarity = 0.8;  ///< Below it, a cold start is solved a second time and compared with other places.
   double max_condition_number = 1.0e6;
   double max_jump_mm = 30.0;  ///< While tracking: distance of the CT centre from the prediction.
   double max_jump_rad = 0.35;
