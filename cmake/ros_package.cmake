@@ -13,9 +13,9 @@ find_package(catkin REQUIRED COMPONENTS message_generation ${xray_catkin_compone
 find_package(yaml-cpp REQUIRED)
 
 add_message_files(DIRECTORY msg FILES RegistrationStatus.msg Suspicion.msg)
-add_service_files(DIRECTORY srv FILES LoadCt.srv RegisterLandmarks.srv SetInitialPose.srv)
+add_service_files(DIRECTORY srv FILES Calibrate.srv LoadCt.srv RegisterLandmarks.srv SetInitialPose.srv)
 add_action_files(DIRECTORY action FILES Localize.action)
-generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs std_msgs)
+generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs sensor_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Accept.cfg cfg/Solver.cfg cfg/Tracking.cfg)
 # Solver.cfg reads the list of similarities.
 add_custom_command(OUTPUT ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_INCLUDE_DESTINATION}/SolverConfig.h APPEND

@@ -6,6 +6,7 @@ PELVIS_BOTH = ('ct/pelvis_2mm.nii.gz', 'sessions/pelvis_biplane.bag', 'ap,obliqu
 PELVIS_AP = ('ct/pelvis_2mm.nii.gz', 'sessions/pelvis_biplane.bag', 'ap')
 ROD = ('ct/pelvis_2mm.nii.gz', 'sessions/pelvis_ap_instrument.bag', '')
 WRIST = ('wrist/radius.nii.gz', 'wrist/wrist_biplane.bag', 'cam01,cam02', '--target-size', '40', '--reference')
+WRIST_BONES = ('wrist/radius.nii.gz', 'wrist/wrist_bones.bag', 'cam01,cam02', '--target-size', '40', '--reference')
 WRIST_ALONE = WRIST[:2] + ('cam01',) + WRIST[3:]
 # Another recording of the head, twice as fine, from two sides.
 HEAD_BOTH = (HEAD[0], 'clinical_size/head_1024_biplane.bag', 'ap,oblique')
@@ -38,6 +39,7 @@ ROWS = [
     Row('pelvis_ap', PELVIS_AP, (6, 10), goals(success_rate=0.95, median_mtre=1.0, median_inplane=0.04)),
     Row('pelvis_instrument', ROD, (6, 10), goals(success_rate=0.90, median_mtre=1.3, median_inplane=0.06)),
     Row('wrist', WRIST, (5, 5), goals(success_rate=0.90, median_mtre=0.4), trials=50),
+    Row('wrist_bones', WRIST_BONES, (15, 15), goals(success_rate=0.90, median_mtre=0.4), trials=40),
     Row('head_tracked', HEAD, None, goals(accepted_rate=1.0, median_mtre=0.25)),
     Row('pelvis_both_tracked', PELVIS_BOTH, None, goals(accepted_rate=1.0, median_mtre=0.3)),
     Row('pelvis_ap_tracked', PELVIS_AP, None, goals(accepted_rate=1.0, median_mtre=1.0)),

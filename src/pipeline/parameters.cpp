@@ -150,6 +150,12 @@ void readInitialPose(const YAML::Node& tree, NodeParameters* parameters) {
   group.refuseUnknown();
 }
 
+void readCalibration(const YAML::Node& tree, int* frames) {
+  ParameterGroup group(tree, "calibration");
+  group.integer("frames", 0, 100, frames);
+  group.refuseUnknown();
+}
+
 /// What ROS takes as a name below which topics stand; a name that it does not take would only fail when subscribing.
 bool isTopicPrefix(const std::string& name) {
   static const std::regex kPattern("/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*");
@@ -182,7 +188,7 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.flag("invert_tf", &parameters->frames.invert_tf);
   readInitialPose(tree, parameters);
   for (const char* group : {"initial_pose", "ct", "image", "frames", "sync", "accept", "solver", "tracking", "geometry",
-                            "diagnostic_period"})
+                            "calibration", "diagnostic_period"})
     top.known(group);
   for (const auto& [name, value] : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
@@ -204,6 +210,7 @@ NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   readSolver(tree, &parameters.registrar);
   readGeometry(tree, &parameters.registrar.setup);
   readTracking(tree, &parameters.tracker);
+  readCalibration(tree, &parameters.calibration_frames);
   validate(parameters);
   return parameters;
 }

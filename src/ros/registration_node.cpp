@@ -146,6 +146,7 @@ void RegistrationNode::watch() {
 
 void RegistrationNode::advertiseServices() {
   services_.push_back(private_node_.advertiseService("load_ct", &RegistrationNode::loadCt, this));
+  services_.push_back(private_node_.advertiseService("calibrate", &RegistrationNode::calibrate, this));
   services_.push_back(private_node_.advertiseService("set_initial_pose", &RegistrationNode::setInitialPose, this));
   services_.push_back(private_node_.advertiseService("reset", &RegistrationNode::reset, this));
   services_.push_back(private_node_.advertiseService("register_once", &RegistrationNode::registerOnce, this));
@@ -168,6 +169,15 @@ bool RegistrationNode::loadCt(LoadCt::Request& request, LoadCt::Response& respon
     const RegistrationWorker::Answer answer = worker_->loadCt(request.path, request.series_uid).get();
     response.success = static_cast<std::uint8_t>(answer.success);
     response.message = answer.message;
+  } catch (const std::future_error&) {
+    response.message = "the node is shutting down";
+  }
+  return true;
+}
+
+bool RegistrationNode::calibrate(Calibrate::Request& /*request*/, Calibrate::Response& response) {
+  try {
+    response = worker_->calibrate().get();
   } catch (const std::future_error&) {
     response.message = "the node is shutting down";
   }

@@ -5,6 +5,7 @@
 #include <exception>
 #include <utility>
 
+#include "calibration_answer.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/status_message.h"
 #include "xray_registration/ros/surface_marker.h"
@@ -34,7 +35,8 @@ RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publish
       loading_(!parameters.ct.path.empty()),
       pipeline_(parameters, logger_),
       initial_pose_scope_(parameters.ct.path, parameters.ct.read.series_uid),
-      stamps_(ros::Time::isSimTime()) {
+      stamps_(ros::Time::isSimTime()),
+      calibration_frames_(static_cast<std::size_t>(parameters.calibration_frames)) {
   mailbox_.post([this] { startUp(); });
   thread_ = std::thread([this] { run(); });
 }
@@ -42,6 +44,7 @@ RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publish
 RegistrationWorker::~RegistrationWorker() { stop(); }
 
 void RegistrationWorker::stop() {
+  stopping_ = true;
   mailbox_.close();
   transforms_->stop();
   if (thread_.joinable()) thread_.join();
@@ -123,9 +126,53 @@ RegistrationWorker::Answer RegistrationWorker::loadCtNow(const std::string& path
     }
     startFromParameters();
   }
+  calibration_frames_.forget();
   loading_ = false;
   updateStatistics();
   publishSurface();
+  return answer;
+}
+
+std::future<Calibrate::Response> RegistrationWorker::calibrate() {
+  auto promise = std::make_shared<std::promise<Calibrate::Response>>();
+  std::future<Calibrate::Response> answer = promise->get_future();
+  if (calibrating_.exchange(true)) {
+    Calibrate::Response busy;
+    busy.message = "a calibration is being worked out; ask again when that is done";
+    promise->set_value(busy);
+  } else {
+    mailbox_.post([this, promise] {
+      promise->set_value(calibrateNow());
+      calibrating_ = false;
+    });
+  }
+  return answer;
+}
+
+Calibrate::Response RegistrationWorker::calibrateNow() {
+  Calibrate::Response answer;
+  Engine* engine = pipeline_.engine();
+  if (engine == nullptr) {
+    answer.message = pipeline_.hasCt() ? "only method fast can calibrate" : "no CT is loaded";
+  } else if (calibration_frames_.size() == 0) {
+    answer.message = parameters_.calibration_frames == 0
+                         ? "parameter calibration/frames is 0: no frames are kept to calibrate with"
+                         : "no frame with all views was registered yet whose X-ray looks like the DRR";
+  }
+  if (!answer.message.empty()) return answer;
+  log(logger_, LogLevel::kInfo, "calibrating with " + std::to_string(calibration_frames_.size()) + " frames");
+  try {
+    const GeometryCalibration found = calibration_frames_.calibrate(engine, parameters_.image, [this] {
+      if (stopping_) throw std::runtime_error("the node is shutting down");
+    });
+    std::vector<RigidTransform> T_view_first;
+    for (const ViewGeometry& view : toldGeometry(calibration_frames_.told())) T_view_first.push_back(view.T_view_first);
+    answer = calibrationAnswer(parameters_.viewNames(), last_to_calibrate_, found, T_view_first);
+    log(logger_, LogLevel::kInfo, "calibrated (nothing is applied): " + answer.message);
+  } catch (const std::exception& error) {
+    answer.message = std::string("the calibration failed: ") + error.what();
+    log(logger_, LogLevel::kError, answer.message);
+  }
   return answer;
 }
 
@@ -172,6 +219,7 @@ void RegistrationWorker::restartNow(const std::string& why) {
   pipeline_.reset();
   publishers_->forgetStamps();
   stamps_.forget();
+  calibration_frames_.forget();
   startFromParameters();
   updateStatistics();
 }
@@ -197,6 +245,7 @@ void RegistrationWorker::offer(FrameMessages frame) {
   }
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
   if (loading_) return refuse(frame.header, "a CT is being loaded");
+  if (calibrating_) return refuse(frame.header, "a calibration is being worked out (~calibrate)");
   if (opening_) return refuse(frame.header, "no CT is loaded; the device is being opened");
   if (const std::optional<FrameMessages> replaced = mailbox_.put(std::move(frame))) drop(*replaced);
 }
@@ -326,7 +375,31 @@ FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const
   if (!parameters_.frames.fixed.empty() && T_fixed_camera_ && pipeline_.lastAcceptedStamp()) {
     T_camera_now_camera_last = T_fixed_camera_->inverse() * T_fixed_camera_accepted_;
   }
-  return pipeline_.process(header.stamp.toSec(), rawViews(frame, header.frame_id), T_camera_now_camera_last);
+  FrameOutcome outcome =
+      pipeline_.process(header.stamp.toSec(), rawViews(frame, header.frame_id), T_camera_now_camera_last);
+  keepToCalibrate(frame, outcome);
+  return outcome;
+}
+
+/// Accepted or not: a geometry that is wrong is what a frame may have been refused for.
+void RegistrationWorker::keepToCalibrate(const FrameMessages& frame, const FrameOutcome& outcome) {
+  const bool fits =
+      outcome.registered && outcome.views_missing.empty() && outcome.result.similarity >= kAlikeEnoughToCalibrate;
+  if (!fits) return;
+  std::vector<RigidTransform> T_view_first;
+  for (const std::optional<ViewInput>& view : outcome.views) T_view_first.push_back(view->T_view_first);
+  const auto views = [frame, T_view_first, names = parameters_.viewNames()] {
+    std::vector<RawView> told(frame.views.size());
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      told[i].name = names[i];
+      told[i].T_view_first = T_view_first[i];
+      told[i].calibration = calibration(*frame.views[i].info);
+      told[i].image = rawImage(*frame.views[i].image);
+    }
+    return told;
+  };
+  calibration_frames_.add(views, outcome.result.T_camera_ct, pipeline_.centreCt());
+  last_to_calibrate_ = frame;
 }
 
 void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_msgs::Header& header,

@@ -49,12 +49,16 @@ class PlotResults(unittest.TestCase):
         self.assertEqual(done.returncode, expect, done.stderr)
         return done.stderr
 
-    def curve(self, trials):
+    @staticmethod
+    def module():
         # Its name has no ending by which Python would know it.
         loader = importlib.machinery.SourceFileLoader('plot_results', SCRIPT)
         module = importlib.util.module_from_spec(importlib.util.spec_from_loader('plot_results', loader))
         loader.exec_module(module)
-        return module.operating_curve(trials, lambda one: one['similarity'])
+        return module
+
+    def curve(self, trials):
+        return self.module().operating_curve(trials, lambda one: one['similarity'])
 
     def test_curve_runs_from_nothing_to_all(self):
         trials = [trial(0.2, 0.9), trial(20.0, 0.8), trial(0.3, 0.7), trial(30.0, 0.1)]
@@ -90,6 +94,19 @@ class PlotResults(unittest.TestCase):
         self.plot('verdict', self.work('again.svg'), good, wrong)
         self.assertEqual(self.is_picture(self.work('again.svg'), b'<?xml'), picture)
         self.assertIn('no wrong result', self.plot('verdict', self.work('none.svg'), good, expect=1))
+
+    def test_what_is_left_to_move(self):
+        left = lambda mm: [{'what': 'other_patient', 'unit': 'mm', 'estimate': mm}]
+        right = self.work('right.json', report([dict(trial(0.2, 0.9), suspicions=left(0.02))]))
+        wrong = self.work('wrong.json', report([dict(trial(1.2, 0.9), suspicions=left(0.6))], wrong=[{'text': 'bent_ct'}]))
+        self.plot('left', self.work('left.svg'), right, wrong)
+        self.is_picture(self.work('left.svg'), b'<?xml')
+        self.assertIn('nothing', self.plot('left', self.work('none.svg'), self.work('old.json', report(MIXED)), expect=1))
+
+    def test_a_result_from_wrong_inputs_is_never_good(self):
+        judged = self.module().judged(report([trial(0.2, 0.9), trial(1.2, 0.8)], wrong=[{'text': 'bent_ct'}]))
+        self.assertEqual([(one['success'], one['wrong']) for one in judged], [(False, False), (False, True)])
+        self.assertTrue(self.module().judged(report([trial(0.2, 0.9)]))[0]['success'])
 
     def test_growth(self):
         rows = [{'name': 'growth/%s/%d/%s' % (what, n, kind), 'milliseconds_median': 0.1 * n}

@@ -80,6 +80,8 @@ struct NodeParameters {
   std::string device = "auto";
   RegistrarOptions registrar;  ///< method, accept/…, solver/…, paper/…
   TrackerOptions tracker;      ///< tracking/…
+  int calibration_frames =
+      12;  ///< calibration/frames: kept for ~calibrate, those whose poses differ the most; 0: none.
   Mode mode = Mode::kTrack;
   std::optional<RigidTransform> initial_pose;  ///< T_camera_ct of the first view, mm.
   std::string initial_pose_frame;              ///< Frame of initial_pose; empty: the first view's optical frame.

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "xray_registration/AcceptConfig.h"
+#include "xray_registration/Calibrate.h"
 #include "xray_registration/LoadCt.h"
 #include "xray_registration/SetInitialPose.h"
 #include "xray_registration/SolverConfig.h"
@@ -56,6 +57,7 @@ class RegistrationNode {
 
   // On the service threads.
   bool loadCt(LoadCt::Request& request, LoadCt::Response& response);
+  bool calibrate(Calibrate::Request& request, Calibrate::Response& response);
   bool setInitialPose(SetInitialPose::Request& request, SetInitialPose::Response& response);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool registerOnce(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <xray_registration/Calibrate.h>
+
 #include <atomic>
 #include <future>
 #include <memory>
@@ -7,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "xray_registration/pipeline/calibration_frames.h"
 #include "xray_registration/pipeline/frame_mailbox.h"
 #include "xray_registration/pipeline/initial_pose_scope.h"
 #include "xray_registration/pipeline/node_statistics.h"
@@ -41,6 +44,10 @@ class RegistrationWorker {
   /// done.
   std::future<Answer> loadCt(const std::string& path, const std::string& series_uid);
 
+  /// Proposes a geometry from the frames seen, and applies nothing. Frames are refused meanwhile. Answered at once
+  /// while another one is worked out; broken when the worker stops.
+  std::future<Calibrate::Response> calibrate();
+
   /// The CT's pose in `frame_id`; an empty one is the first view's optical frame. Resolved at the next frame's stamp.
   void setPose(const RigidTransform& T_frame_ct, const std::string& frame_id);
 
@@ -71,6 +78,8 @@ class RegistrationWorker {
   void restartNow(const std::string& why);
   void startFromParameters();
   Answer loadCtNow(const std::string& path, const std::string& series_uid);
+  Calibrate::Response calibrateNow();
+  void keepToCalibrate(const FrameMessages& frame, const FrameOutcome& outcome);
   void publishSurface();
   void updateStatistics();
 
@@ -96,6 +105,8 @@ class RegistrationWorker {
   std::atomic<bool> enabled_{true};
   std::atomic<bool> opening_{true};   ///< The device, at the start.
   std::atomic<bool> loading_{false};  ///< A CT, from the request on.
+  std::atomic<bool> calibrating_{false};
+  std::atomic<bool> stopping_{false};
   mutable std::mutex camera_frame_mutex_;
   std::string camera_frame_;
 
@@ -106,6 +117,8 @@ class RegistrationWorker {
   InitialPoseScope initial_pose_scope_;
   bool initial_pose_applies_ = true;
   StampOrder stamps_;
+  CalibrationFrames calibration_frames_;
+  FrameMessages last_to_calibrate_;               ///< The newest of them.
   std::optional<RigidTransform> T_fixed_camera_;  ///< Of the frame at hand; the identity without frames/fixed.
   RigidTransform T_fixed_camera_accepted_ = RigidTransform::Identity();  ///< Of pipeline_.lastAcceptedStamp().
   std::future<void> surface_;

@@ -1,27 +1,16 @@
 #include "tools/calibrate/session/frame_choice.h"
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 
 #include "tools/common/progress_bar.h"
+#include "xray_registration/pipeline/calibration_frames.h"
 
 namespace xray_registration::tools {
 namespace {
 
-/// Correlation of X-ray and DRR below which the pose is elsewhere. Right poses in a set-up that is 2 % of focal length,
-/// 12 px and 1° off have 0.6 and more.
-constexpr double kAlike = 0.45;
 /// Frames to choose each one from.
 constexpr std::size_t kCandidates = 3;
-/// At which a turn counts as much as a shift, mm.
-constexpr double kArmMm = 60.0;
-
-double distance(const RigidTransform& a, const RigidTransform& b, const Eigen::Vector3d& centre_ct_mm) {
-  const Twist twist = twistBetween(a, b, a * centre_ct_mm);
-  return std::hypot(twist.head<3>().norm(), kArmMm * twist.tail<3>().norm());
-}
-
 std::vector<std::size_t> spread(std::size_t all, std::size_t most) {
   std::vector<std::size_t> indices;
   const std::size_t count = std::min(all, most);
@@ -32,27 +21,11 @@ std::vector<std::size_t> spread(std::size_t all, std::size_t most) {
 /// Empty when the frame is of use.
 std::string problemOf(const FrameOutcome& outcome) {
   if (!outcome.registered) return outcome.result.reason;
-  if (outcome.result.similarity >= kAlike) return "";
+  if (outcome.result.similarity >= kAlikeEnoughToCalibrate) return "";
   return "X-ray and DRR are not alike (similarity " + std::to_string(outcome.result.similarity) + ")";
 }
 
 }  // namespace
-
-std::vector<std::size_t> mostDifferent(const std::vector<RigidTransform>& T_camera_ct,
-                                       const Eigen::Vector3d& centre_ct_mm, std::size_t most) {
-  std::vector<std::size_t> chosen;
-  std::vector<double> nearest(T_camera_ct.size(), std::numeric_limits<double>::max());
-  for (std::size_t next = 0; chosen.size() < std::min(most, T_camera_ct.size());) {
-    chosen.push_back(next);
-    for (std::size_t i = 0; i < nearest.size(); ++i) {
-      nearest[i] = std::min(nearest[i], distance(T_camera_ct[next], T_camera_ct[i], centre_ct_mm));
-    }
-    nearest[next] = -1.0;
-    next = static_cast<std::size_t>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
-  }
-  std::sort(chosen.begin(), chosen.end());
-  return chosen;
-}
 
 FrameChoice chooseFrames(const ToldSession& session, const RigidTransform& start, std::size_t most,
                          RegistrationPipeline* pipeline) {

@@ -28,8 +28,4 @@ struct FrameChoice {
 FrameChoice chooseFrames(const ToldSession& session, const RigidTransform& start, std::size_t most,
                          RegistrationPipeline* pipeline);
 
-/// The indices of up to `most` poses, the first one among them, each the farthest from those before; ascending.
-std::vector<std::size_t> mostDifferent(const std::vector<RigidTransform>& T_camera_ct,
-                                       const Eigen::Vector3d& centre_ct_mm, std::size_t most);
-
 }  // namespace xray_registration::tools

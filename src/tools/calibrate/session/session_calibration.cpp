@@ -72,12 +72,6 @@ FrameChoice registerFrames(const SessionArguments& arguments, const ToldSession&
   return choice;
 }
 
-std::vector<ViewGeometry> toldGeometry(const std::vector<RawView>& views) {
-  std::vector<ViewGeometry> told(views.size());
-  for (std::size_t i = 0; i < views.size(); ++i) told[i].T_view_first = views[i].T_view_first;
-  return told;
-}
-
 GeometryCalibration calibrate(const FrameChoice& choice, ToldSession* session, Engine* engine) {
   std::vector<RigidTransform> poses;
   for (const RegisteredFrame& frame : choice.frames) poses.push_back(frame.T_camera_ct);

@@ -3,14 +3,10 @@
 #include <vector>
 
 #include "xray_registration/evaluation/wrong_input.h"
-#include "xray_registration/pipeline/frame_maker.h"
-#include "xray_registration/registration/geometry_calibration.h"
+#include "xray_registration/pipeline/corrected_views.h"
 #include "xray_registration/ros/bag_session.h"
 
 namespace xray_registration::tools {
-
-/// What was told, corrected.
-Calibration corrected(Calibration told, const ViewGeometry& geometry);
 
 /// A session's frames with the geometry that is told of them: the bag's, or a wrong one for a test.
 class ToldSession {
