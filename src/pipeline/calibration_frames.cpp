@@ -19,6 +19,7 @@ double distance(const RigidTransform& a, const RigidTransform& b, const Eigen::V
 
 std::vector<std::string> namesOf(const std::vector<RawView>& views) {
   std::vector<std::string> names;
+  names.reserve(views.size());
   for (const RawView& view : views) names.push_back(view.name);
   return names;
 }
