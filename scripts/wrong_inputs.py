@@ -45,6 +45,28 @@ def table(done):
                            [line(row, report) for row, report in done])
 
 
+def left_to_move(trial):
+    """The suspicion that says what no pose moves away, of a trial that was looked at; else None."""
+    found = [one for one in trial['suspicions'] if one['what'] == 'other_patient' and one['unit'] == 'mm']
+    return found[0] if found else None
+
+
+def left(done):
+    """What no pose moves away, by row: right inputs first. Only what looks right otherwise is asked for it."""
+    lines = []
+    for row, report in done:
+        looked = [one for one in map(left_to_move, report['trials']) if one]
+        if row.is_far or not looked:
+            continue
+        values = [one['estimate'] for one in looked]
+        lines.append([row.title, WRONG[row.wrong][1] if row.wrong else '%s' % row.start_text, str(len(looked)),
+                      '%.3f mm' % statistics.median(values), '%.3f mm' % max(values),
+                      '%.3f mm' % statistics.median(one['sigma'] for one in looked),
+                      '%d of %d' % (sum(one['certain'] for one in looked), len(looked))])
+    return documents.table(['session', 'start, or what is wrong', 'trials that were looked at', 'median', 'largest', 'its σ',
+                            'above 6 σ'], lines)
+
+
 def share(count, of):
     return '%d of %d (%.1f %%)' % (count, of, 100 * count / of) if of else ''
 

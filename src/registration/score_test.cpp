@@ -33,6 +33,13 @@ void Score::add(const Score& other) {
   follows = other.follows;
 }
 
+void Score::fade(double kept) {
+  score *= kept;
+  curvature *= kept;
+  scatter *= kept;
+  own *= kept;
+}
+
 Score scoreOf(const SetupEvidence& evidence, const Eigen::MatrixXd& basis) {
   Score score;
   const Matrix6d pose = evidence.matrix.topLeftCorner<6, 6>();

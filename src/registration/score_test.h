@@ -17,6 +17,8 @@ struct Score {
 
   bool empty() const { return score.size() == 0; }
   void add(const Score& other);
+  /// Counts for so much of what it did.
+  void fade(double kept);
 };
 
 /// `basis`: layout × parameters. Empty when the pose itself is not determined.

@@ -20,6 +20,8 @@ constexpr double kPartSeen = 0.25;
 constexpr int kMostTiles = 1600;
 /// Share of the evidence for a field of motions that a distortion has to explain to be named.
 constexpr double kMostlyExplained = 0.7;
+/// Of the evidence, at each look: ten looks count.
+constexpr double kRemembered = 0.9;
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
 int finestLevel(const DeviceViews& views) {
@@ -37,6 +39,15 @@ void addSuspicions(const SetupHypothesis& hypothesis, const ScoreTest& test, std
     suspicions->push_back({hypothesis.what, hypothesis.in_words + (quantity.of.empty() ? "" : " (" + quantity.of + ")"),
                            amount.value, amount.sigma, quantity.unit, test.effect_mm, test.deviations > kCertain});
   }
+}
+
+const ScoreTest& stronger(const ScoreTest& a, const ScoreTest& b) {
+  if (!a.determined || !b.determined) return a.determined ? a : b;
+  return a.deviations > b.deviations ? a : b;
+}
+
+bool isDoubtful(const ScoreTest& test, const AcceptOptions& accept) {
+  return test.determined && test.deviations > kCertain && test.effect_mm > kPartSeen * accept.max_setup_error_mm;
 }
 
 bool tooMuch(const ResidualField& left, const AcceptOptions& accept) {
@@ -93,26 +104,22 @@ void SetupCheck::forget() {
   follows_.resize(6, 0);
 }
 
+void SetupCheck::expect(const Setup& told, const std::vector<std::string>& view_names) {
+  if (!hypotheses_.empty() && view_names == view_names_) return;
+  view_names_ = view_names;
+  hypotheses_ = setupHypotheses(SetupLayout(told.views.size()), view_names);
+  scores_.assign(hypotheses_.size(), Score());
+}
+
 void SetupCheck::addUp(const SetupEvidence& seen) {
   const Eigen::LDLT<Matrix6d> pose(Matrix6d(seen.matrix.topLeftCorner<6, 6>()));
   if (pose.info() == Eigen::Success && pose.vectorD().minCoeff() > 0.0) {
     follows_ = pose.solve(seen.matrix.topRows<6>());
   }
-  for (std::size_t i = 0; i < hypotheses_.size(); ++i) scores_[i].add(scoreOf(seen, hypotheses_[i].basis));
-}
-
-std::vector<ScoreTest> SetupCheck::testAll(const Setup& told, const SetupEvidence& seen,
-                                           const std::vector<std::string>& view_names) {
-  if (hypotheses_.empty() || view_names != view_names_) {
-    view_names_ = view_names;
-    hypotheses_ = setupHypotheses(SetupLayout(told.views.size()), view_names);
-    scores_.assign(hypotheses_.size(), Score());
+  for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
+    scores_[i].fade(kRemembered);
+    scores_[i].add(scoreOf(seen, hypotheses_[i].basis));
   }
-  addUp(seen);
-  std::vector<ScoreTest> tests;
-  tests.reserve(scores_.size());
-  for (const Score& score : scores_) tests.push_back(conclude(score));
-  return tests;
 }
 
 SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solution,
@@ -122,12 +129,15 @@ SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solutio
   const std::optional<SetupEvidence> seen = objective->evaluate(told, {level, 1, 1}, solution.robust_scale2);
   SetupOpinion opinion;
   if (!seen) return opinion;
-  const std::vector<ScoreTest> tests = testAll(told, *seen, view_names);
+  expect(told, view_names);
+  addUp(*seen);
+  std::vector<ScoreTest> tests;
   bool doubtful = false;
   for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
-    if (!tests[i].determined) continue;
-    addSuspicions(hypotheses_[i], tests[i], &opinion.suspicions);
-    doubtful |= tests[i].deviations > kCertain && tests[i].effect_mm > kPartSeen * accept.max_setup_error_mm;
+    const ScoreTest all = conclude(scores_[i]);
+    if (all.determined) addSuspicions(hypotheses_[i], all, &opinion.suspicions);
+    tests.push_back(stronger(all, conclude(scoreOf(*seen, hypotheses_[i].basis))));
+    doubtful |= isDoubtful(tests.back(), accept);
   }
   const ResidualField left = residualField(*seen);
   if (left.determined) opinion.suspicions.push_back(suspicionOf(left));

@@ -18,8 +18,9 @@ struct SetupOpinion {
 
 /// Asks at solutions whether what was told (focal lengths, principal points, distortion, the views' poses, the CT's
 /// size) is right. One evaluation with more derivatives gives a score test of each; evidence adds up over the frames
-/// that were looked at. Only what a test makes certain is tried (setup_trials.h). What moves in the images of the frame
-/// when the pose is right (residual_field.h) and nothing that was tried explains is another patient's CT.
+/// that were looked at, the older the less, and the frame at hand is asked by itself as well: a detector is knocked
+/// from one frame to the next. Only what a test makes certain is tried (setup_trials.h). What moves in the images of
+/// the frame when the pose is right (residual_field.h) and nothing that was tried explains is another patient's CT.
 class SetupCheck {
  public:
   /// At a frame's solution, with the views weighed as for it. @throws DeviceError.
@@ -34,9 +35,8 @@ class SetupCheck {
   void forget();
 
  private:
+  void expect(const Setup& told, const std::vector<std::string>& view_names);
   void addUp(const SetupEvidence& seen);
-  std::vector<ScoreTest> testAll(const Setup& told, const SetupEvidence& seen,
-                                 const std::vector<std::string>& view_names);
 
   std::vector<SetupHypothesis> hypotheses_;
   std::vector<std::string> view_names_;

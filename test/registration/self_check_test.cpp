@@ -163,6 +163,19 @@ TEST_F(SelfCheckTest, TrackedFramesAreLookedAtNowAndThen) {
   EXPECT_NE(result.reason.find("pose of the view"), std::string::npos) << result.reason;
 }
 
+TEST_F(SelfCheckTest, ALongTimeOfRightFramesHidesNoKnock) {
+  RegistrarOptions options;
+  options.check_every = 1;
+  ASSERT_TRUE(registrar_->setOptions(options));
+  ASSERT_TRUE(registered(views()).accepted);
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(registrar_->registerFrame(views(), truth_, true).accepted);
+  const Twist off = (Twist() << 1.0, 1.5, 0.0, 0.01, -0.014, 0.005).finished();
+  const auto knocked = views(updatedPose(T_view_first_, off, T_view_first_ * truth_ * registrar_->centreCt()));
+  const RegistrationResult result = registrar_->registerFrame(knocked, truth_, true);
+  EXPECT_FALSE(result.accepted);
+  EXPECT_NE(result.reason.find("pose of the view"), std::string::npos) << result.reason;
+}
+
 TEST_F(SelfCheckTest, WhatCalibrationLeftOpenWidensTheCovariance) {
   RegistrarOptions options;
   options.setup = {0.0, 0.0, 0.0, 0.0, 0.0};
