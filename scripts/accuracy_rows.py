@@ -48,8 +48,8 @@ ROWS = [
     # Far outside what a start from a search or a neighbour frame is: wrong results, for the verdict to be judged by.
     Row('head_beyond', HEAD, (60, 60), {}, trials=40),
     Row('pelvis_ap_beyond', PELVIS_AP, (60, 60), {}, trials=40),
-    Row('pelvis_both_beyond', PELVIS_BOTH, (60, 60), {}, trials=40),
-    Row('pelvis_instrument_beyond', ROD, (60, 60), {}, trials=40),
+    Row('pelvis_both_beyond', PELVIS_BOTH, (60, 60), {}, trials=20),
+    Row('pelvis_instrument_beyond', ROD, (60, 60), {}, trials=20),
     Row('wrist_beyond', WRIST, (60, 30), {}, trials=20),
 ]
 
