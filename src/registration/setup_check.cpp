@@ -64,35 +64,56 @@ SetupSuspicion suspicionOf(const ResidualField& left) {
           left.deviations > kCertain};
 }
 
-/// A distortion that was not told cannot be tried, but its score can explain the field of motions as well as any.
-const SetupHypothesis* distortionThatExplains(const ResidualField& left, const std::vector<SetupHypothesis>& hypotheses,
-                                              const std::vector<ScoreTest>& tests, const SetupEvidence& seen) {
-  const SetupHypothesis* best = nullptr;
+/// A distortion that was not told cannot be tried. Its score is what speaks for it.
+bool isCertainDistortion(const SetupHypothesis& hypothesis, const ScoreTest& test) {
+  return !hypothesis.can_be_tried && test.determined && test.deviations > kCertain;
+}
+
+std::string distortionInWords(const SetupHypothesis& hypothesis, const ScoreTest& test) {
+  const SetupQuantity& quantity = hypothesis.quantities.front();
+  const Amount amount = amountOf(quantity, -test.estimate, test.covariance);
+  std::ostringstream text;
+  text << hypothesis.in_words << " looks " << std::setprecision(3) << amount.value << " ± " << std::setprecision(2)
+       << amount.sigma << ' ' << quantity.unit << " off, which moves the CT by " << test.effect_mm
+       << " mm: " << hypothesis.remedy;
+  return text.str();
+}
+
+/// The distortion that moves the pose by more than the limit, the one that does so the most certainly; else empty.
+std::string distortionThatMatters(const std::vector<SetupHypothesis>& hypotheses, const std::vector<ScoreTest>& tests,
+                                  double limit_mm) {
+  std::string words;
+  double most = 0.0;
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    if (!isCertainDistortion(hypotheses[i], tests[i]) || tests[i].effect_mm < limit_mm) continue;
+    if (tests[i].deviations < most) continue;
+    most = tests[i].deviations;
+    words = distortionInWords(hypotheses[i], tests[i]);
+  }
+  return words;
+}
+
+/// The distortion whose score explains most of a field of motions; else empty.
+std::string distortionThatExplains(const ResidualField& left, const std::vector<SetupHypothesis>& hypotheses,
+                                   const std::vector<ScoreTest>& tests, const SetupEvidence& seen) {
+  std::string words;
   double most = kMostlyExplained * left.gain;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    if (hypotheses[i].can_be_tried || !tests[i].determined || tests[i].deviations < kCertain) continue;
+    if (!isCertainDistortion(hypotheses[i], tests[i])) continue;
     const double gain = conclude(scoreOf(seen, hypotheses[i].basis)).gain;
     if (gain < most) continue;
     most = gain;
-    best = &hypotheses[i];
+    words = distortionInWords(hypotheses[i], tests[i]);
   }
-  return best;
+  return words;
 }
 
-std::string misfitInWords(const ResidualField& left, const AcceptOptions& accept,
-                          const std::vector<SetupHypothesis>& hypotheses, const std::vector<ScoreTest>& tests,
-                          const SetupEvidence& seen) {
+std::string misfitInWords(const ResidualField& left, const AcceptOptions& accept) {
   std::ostringstream text;
-  text << std::setprecision(2);
-  const SetupHypothesis* distortion = distortionThatExplains(left, hypotheses, tests, seen);
-  if (distortion != nullptr) {
-    text << distortion->in_words << " looks wrong: parts of the X-rays are " << left.rms_mm << " ± " << left.sigma_mm
-         << " mm from where the CT has them; " << distortion->remedy;
-  } else {
-    text << "the CT and the X-rays differ in shape: where the pose is best, parts are still " << left.rms_mm << " ± "
-         << left.sigma_mm << " mm from where the CT has them, more than " << accept.max_residual_motion_mm
-         << ": is the CT another patient's, or bent, or is more than one thing told wrongly?";
-  }
+  text << std::setprecision(2) << "the CT and the X-rays differ in shape: where the pose is best, parts are still "
+       << left.rms_mm << " ± " << left.sigma_mm << " mm from where the CT has them, more than "
+       << accept.max_residual_motion_mm
+       << ": is the CT another patient's, or bent, or is more than one thing told wrongly?";
   return text.str();
 }
 
@@ -143,14 +164,18 @@ SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solutio
   if (left.determined) opinion.suspicions.push_back(suspicionOf(left));
   if (!doubtful && !tooMuch(left, accept)) return opinion;
   const auto cause = tryHypotheses(objective, solution, level, hypotheses_, tests, accept.max_setup_error_mm);
-  const bool explained = cause && !tooMuch(cause->left, accept);
-  if (explained) {
+  if (cause && !tooMuch(cause->left, accept)) {
     opinion.refusal = cause->in_words;
-  } else if (tooMuch(left, accept)) {
-    opinion.refusal = misfitInWords(left, accept, hypotheses_, tests, *seen);
+    return opinion;
   }
-  if (!explained && cause) {
+  if (tooMuch(left, accept)) {
+    opinion.refusal = distortionThatExplains(left, hypotheses_, tests, *seen);
+    if (opinion.refusal.empty()) opinion.refusal = misfitInWords(left, accept);
+  }
+  if (cause) {
     opinion.refusal += (opinion.refusal.empty() ? "" : "; the closest single cause: ") + cause->in_words;
+  } else if (opinion.refusal.empty()) {
+    opinion.refusal = distortionThatMatters(hypotheses_, tests, accept.max_setup_error_mm);
   }
   return opinion;
 }
