@@ -163,7 +163,9 @@ SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solutio
   const ResidualField left = residualField(*seen);
   if (left.determined) opinion.suspicions.push_back(suspicionOf(left));
   if (!doubtful && !tooMuch(left, accept)) return opinion;
-  const auto cause = tryHypotheses(objective, solution, level, hypotheses_, tests, accept.max_setup_error_mm);
+  // What leaves parts of the X-rays elsewhere is a cause also where the pose hardly follows it.
+  const double least_mm = tooMuch(left, accept) ? 0.0 : accept.max_setup_error_mm;
+  const auto cause = tryHypotheses(objective, solution, level, hypotheses_, tests, least_mm);
   if (cause && !tooMuch(cause->left, accept)) {
     opinion.refusal = cause->in_words;
     return opinion;
