@@ -22,6 +22,8 @@ constexpr int kSteps = 10;
 /// σ, and how much more likeness than the solution's, that is no chance.
 constexpr double kBetter = 4.0;
 constexpr double kBetterLikeness = 0.02;
+/// A likeness that leaves no room for anything that is so much better. Images of the wrong side reach 0.9.
+constexpr double kNothingBetter = 0.97;
 /// Likeness on the coarsest level that a hypothesis may lack against the solution's and still be looked at closer.
 constexpr double kWorthALook = 0.05;
 
@@ -101,6 +103,7 @@ class SmallFrame {
 DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& views,
                               const RigidTransform& T_camera_ct_start, const Solution& solution, bool found,
                               const RegistrarOptions& options) {
+  if (found && solution.likeness() > kNothingBetter) return {};
   PutRight told{{}, solution.T_camera_ct};
   std::vector<std::string> names;
   names.reserve(views.size());

@@ -137,9 +137,11 @@ void SetupCheck::addUp(const SetupEvidence& seen) {
   if (pose.info() == Eigen::Success && pose.vectorD().minCoeff() > 0.0) {
     follows_ = pose.solve(seen.matrix.topRows<6>());
   }
+  own_.clear();
   for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
+    own_.push_back(scoreOf(seen, hypotheses_[i].basis));
     scores_[i].fade(kRemembered);
-    scores_[i].add(scoreOf(seen, hypotheses_[i].basis));
+    scores_[i].add(own_.back());
   }
 }
 
@@ -157,7 +159,7 @@ SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solutio
   for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
     const ScoreTest all = conclude(scores_[i]);
     if (all.determined) addSuspicions(hypotheses_[i], all, &opinion.suspicions);
-    tests.push_back(stronger(all, conclude(scoreOf(*seen, hypotheses_[i].basis))));
+    tests.push_back(stronger(all, conclude(own_[i])));
     doubtful |= isDoubtful(tests.back(), accept);
   }
   const ResidualField left = residualField(*seen);

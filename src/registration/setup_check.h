@@ -41,6 +41,7 @@ class SetupCheck {
   std::vector<SetupHypothesis> hypotheses_;
   std::vector<std::string> view_names_;
   std::vector<Score> scores_;  ///< One for each hypothesis.
+  std::vector<Score> own_;     ///< The same of the last look alone.
   Eigen::MatrixXd follows_;    ///< M_pp⁻¹ M over the layout; empty before the first look.
 };
 
