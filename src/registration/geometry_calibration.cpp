@@ -202,6 +202,10 @@ std::vector<CalibratedView> viewsOf(const JointFrames& frames, const JointSoluti
 
 }  // namespace
 
+bool CalibratedView::isDetermined(const std::string& what) const {
+  return std::find(undetermined.begin(), undetermined.end(), what) == undetermined.end();
+}
+
 GeometryCalibration calibrateGeometry(Engine* engine, const MakeCalibrationViews& make_views,
                                       const std::vector<RigidTransform>& T_camera_ct,
                                       const std::vector<ViewGeometry>& told, const CalibrationLimits& limits,

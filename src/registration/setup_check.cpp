@@ -7,6 +7,7 @@
 
 #include "registration/residual_field.h"
 #include "registration/setup_trials.h"
+#include "xray_registration/geometry/angles.h"
 
 namespace xray_registration {
 namespace {
@@ -22,7 +23,6 @@ constexpr int kMostTiles = 1600;
 constexpr double kMostlyExplained = 0.7;
 /// Of the evidence, at each look: ten looks count.
 constexpr double kRemembered = 0.9;
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 int finestLevel(const DeviceViews& views) {
   int level = 0;
@@ -71,38 +71,20 @@ bool isCertainDistortion(const SetupHypothesis& hypothesis, const ScoreTest& tes
 
 std::string distortionInWords(const SetupHypothesis& hypothesis, const ScoreTest& test) {
   const SetupQuantity& quantity = hypothesis.quantities.front();
-  const Amount amount = amountOf(quantity, -test.estimate, test.covariance);
   std::ostringstream text;
-  text << hypothesis.in_words << " looks " << std::setprecision(3) << amount.value << " ± " << std::setprecision(2)
-       << amount.sigma << ' ' << quantity.unit << " off, which moves the CT by " << test.effect_mm
-       << " mm: " << hypothesis.remedy;
+  text << hypothesis.in_words << " looks "
+       << inWords(amountOf(quantity, -test.estimate, test.covariance), quantity.unit) << " off, which moves the CT by "
+       << std::setprecision(2) << test.effect_mm << " mm: " << hypothesis.remedy;
   return text.str();
 }
 
-/// The distortion that moves the pose by more than the limit, the one that does so the most certainly; else empty.
-std::string distortionThatMatters(const std::vector<SetupHypothesis>& hypotheses, const std::vector<ScoreTest>& tests,
-                                  double limit_mm) {
+/// The certain distortion that has the most merit, at least `least`; else empty.
+std::string bestDistortion(const std::vector<SetupHypothesis>& hypotheses, const std::vector<ScoreTest>& tests,
+                           const std::vector<double>& merits, double least) {
   std::string words;
-  double most = 0.0;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    if (!isCertainDistortion(hypotheses[i], tests[i]) || tests[i].effect_mm < limit_mm) continue;
-    if (tests[i].deviations < most) continue;
-    most = tests[i].deviations;
-    words = distortionInWords(hypotheses[i], tests[i]);
-  }
-  return words;
-}
-
-/// The distortion whose score explains most of a field of motions; else empty.
-std::string distortionThatExplains(const ResidualField& left, const std::vector<SetupHypothesis>& hypotheses,
-                                   const std::vector<ScoreTest>& tests, const SetupEvidence& seen) {
-  std::string words;
-  double most = kMostlyExplained * left.gain;
-  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    if (!isCertainDistortion(hypotheses[i], tests[i])) continue;
-    const double gain = conclude(scoreOf(seen, hypotheses[i].basis)).gain;
-    if (gain < most) continue;
-    most = gain;
+    if (!isCertainDistortion(hypotheses[i], tests[i]) || merits[i] < least) continue;
+    least = merits[i];
     words = distortionInWords(hypotheses[i], tests[i]);
   }
   return words;
@@ -155,11 +137,17 @@ SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solutio
   expect(told, view_names);
   addUp(*seen);
   std::vector<ScoreTest> tests;
+  std::vector<double> explained;  // By each hypothesis, of this frame.
+  std::vector<double> certainty;  // Of those that move the pose by what matters.
   bool doubtful = false;
   for (std::size_t i = 0; i < hypotheses_.size(); ++i) {
     const ScoreTest all = conclude(scores_[i]);
     if (all.determined) addSuspicions(hypotheses_[i], all, &opinion.suspicions);
-    tests.push_back(stronger(all, conclude(own_[i])));
+    const ScoreTest own = conclude(own_[i]);
+    tests.push_back(stronger(all, own));
+    const bool matters = tests.back().effect_mm >= accept.max_setup_error_mm;
+    explained.push_back(own.gain);
+    certainty.push_back(matters ? tests.back().deviations : 0.0);
     doubtful |= isDoubtful(tests.back(), accept);
   }
   const ResidualField left = residualField(*seen);
@@ -173,13 +161,13 @@ SetupOpinion SetupCheck::look(SetupObjective* objective, const Solution& solutio
     return opinion;
   }
   if (tooMuch(left, accept)) {
-    opinion.refusal = distortionThatExplains(left, hypotheses_, tests, *seen);
+    opinion.refusal = bestDistortion(hypotheses_, tests, explained, kMostlyExplained * left.gain);
     if (opinion.refusal.empty()) opinion.refusal = misfitInWords(left, accept);
   }
   if (cause) {
     opinion.refusal += (opinion.refusal.empty() ? "" : "; the closest single cause: ") + cause->in_words;
   } else if (opinion.refusal.empty()) {
-    opinion.refusal = distortionThatMatters(hypotheses_, tests, accept.max_setup_error_mm);
+    opinion.refusal = bestDistortion(hypotheses_, tests, certainty, kCertain);
   }
   return opinion;
 }

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include "xray_registration/geometry/angles.h"
 
 namespace xray_registration {
 namespace {
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr double kPercent = 100.0;
 /// A distortion's coefficient in percent at half an image of 256 mm at 1 m, where C-arms state it.
 constexpr double kPercentAtRim = 100.0 * 0.128 * 0.128;
@@ -85,6 +88,12 @@ void addCtScale(const SetupLayout& layout, std::vector<SetupHypothesis>* all) {
 }
 
 }  // namespace
+
+std::string inWords(const Amount& amount, const std::string& unit) {
+  std::ostringstream text;
+  text << std::setprecision(3) << amount.value << " ± " << std::setprecision(2) << amount.sigma << ' ' << unit;
+  return text.str();
+}
 
 Amount amountOf(const SetupQuantity& quantity, const Eigen::VectorXd& parameters, const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd part = parameters.segment(quantity.first, quantity.count);

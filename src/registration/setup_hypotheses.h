@@ -23,6 +23,8 @@ struct Amount {
   double value = 0.0;
   double sigma = 0.0;
 };
+/// "1.02 ± 0.03 degrees"
+std::string inWords(const Amount& amount, const std::string& unit);
 Amount amountOf(const SetupQuantity& quantity, const Eigen::VectorXd& parameters, const Eigen::MatrixXd& covariance);
 
 /// One thing that may have been told wrongly.

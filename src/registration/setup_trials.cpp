@@ -78,8 +78,7 @@ std::string amountOf(const Trial& trial, const Setup& told, const Eigen::Vector3
   std::ostringstream text;
   for (const SetupQuantity& quantity : hypothesis.quantities) {
     const Amount amount = amountOf(quantity, off, test.covariance);
-    text << (text.tellp() > 0 ? " and " : "") << std::setprecision(3) << amount.value << " ± " << std::setprecision(2)
-         << amount.sigma << ' ' << quantity.unit;
+    text << (text.tellp() > 0 ? " and " : "") << inWords(amount, quantity.unit);
     if (hypothesis.quantities.size() > 1 && quantity.count == 1) text << " along " << quantity.of;
   }
   return text.str();

@@ -4,6 +4,8 @@
 #include <iomanip>
 #include <sstream>
 
+#include "xray_registration/geometry/angles.h"
+
 namespace xray_registration {
 namespace {
 
@@ -15,7 +17,6 @@ std::string sentence(const Parts&... parts) {
   return text.str();
 }
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 /// How much less alike than its cold start a tracked frame may be where that was not alike itself.
 constexpr double kMayFall = 0.1;
 

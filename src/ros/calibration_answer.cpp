@@ -4,13 +4,12 @@
 #include <iomanip>
 #include <sstream>
 
+#include "xray_registration/geometry/angles.h"
 #include "xray_registration/pipeline/corrected_views.h"
 #include "xray_registration/ros/conversions.h"
 
 namespace xray_registration {
 namespace {
-
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 sensor_msgs::CameraInfo correctedInfo(sensor_msgs::CameraInfo info, const ViewGeometry& geometry) {
   const Calibration after = corrected(calibration(info), geometry);
@@ -32,25 +31,21 @@ geometry_msgs::TransformStamped transformOf(const FrameMessages& told, std::size
   return transform;
 }
 
-bool isDetermined(const CalibratedView& view, const char* what) {
-  return std::find(view.undetermined.begin(), view.undetermined.end(), what) == view.undetermined.end();
-}
-
 /// "'ap': focal length 1.98 ± 0.02 % longer than told, …"
 std::string inWords(const std::string& name, const CalibratedView& view, const RigidTransform* T_view_first_told) {
   const ViewGeometry& found = view.geometry;
   std::ostringstream text;
   text << std::setprecision(2) << std::fixed << (name.empty() ? "" : "'" + name + "': ");
-  if (isDetermined(view, "focal_length")) {
+  if (view.isDetermined("focal_length")) {
     text << "focal length " << 100.0 * (found.focal_scale - 1.0) << " ± " << 100.0 * view.sigma.focal_scale
          << " % longer than told, ";
   }
-  if (isDetermined(view, "principal_point")) {
+  if (view.isDetermined("principal_point")) {
     text << "principal point moved by (" << found.centre_shift_px.x() << ", " << found.centre_shift_px.y() << ") ± "
          << view.sigma.centre_px << " px, ";
   }
-  if (isDetermined(view, "distortion") && found.radial != 0.0) text << "k1 " << found.radial << " more, ";
-  if (T_view_first_told != nullptr && isDetermined(view, "view_pose")) {
+  if (view.isDetermined("distortion") && found.radial != 0.0) text << "k1 " << found.radial << " more, ";
+  if (T_view_first_told != nullptr && view.isDetermined("view_pose")) {
     text << "pose turned by " << kDegreesPerRadian * rotationAngleBetween(found.T_view_first, *T_view_first_told)
          << " ± " << kDegreesPerRadian * view.sigma.rotation_rad << " degrees, ";
   }

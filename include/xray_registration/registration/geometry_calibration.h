@@ -47,6 +47,8 @@ struct CalibratedView {
   ViewGeometrySigma sigma;
   /// What the X-rays do not determine and stays as it was told: focal_length, principal_point, distortion, view_pose.
   std::vector<std::string> undetermined;
+
+  bool isDetermined(const std::string& what) const;
 };
 
 struct GeometryCalibration {

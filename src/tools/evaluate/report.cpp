@@ -8,14 +8,13 @@
 #include <sstream>
 
 #include "tools/common/json_files.h"
+#include "xray_registration/geometry/angles.h"
 
 namespace xray_registration::tools {
 namespace {
 
 using nlohmann::json;
 using tools::toJson;
-
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 /// A reason without its numbers and what stands behind a colon, so that equal causes are counted together.
 std::string causeOf(const std::string& reason) {

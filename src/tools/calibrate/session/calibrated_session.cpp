@@ -9,15 +9,10 @@
 #include "tools/calibrate/session/told_session.h"
 #include "tools/common/json_files.h"
 #include "tools/common/yaml_files.h"
+#include "xray_registration/geometry/angles.h"
 
 namespace xray_registration::tools {
 namespace {
-
-constexpr double kDegPerRad = 57.29577951308232;
-
-bool isDetermined(const CalibratedView& view, const char* what) {
-  return std::find(view.undetermined.begin(), view.undetermined.end(), what) == view.undetermined.end();
-}
 
 /// "1.9960 ± 0.0004", or as told when it could not be determined.
 void printRow(const char* name, double told, double found, double sigma, bool determined, const char* unit) {
@@ -33,19 +28,19 @@ double firstOf(const std::vector<double>& numbers) { return numbers.empty() ? 0.
 void printCamera(const CalibratedSessionView& view) {
   const CalibratedView& found = view.found;
   const Calibration after = view.calibration();
-  const bool focal = isDetermined(found, "focal_length");
-  const bool centre = isDetermined(found, "principal_point");
+  const bool focal = found.isDetermined("focal_length");
+  const bool centre = found.isDetermined("principal_point");
   const double sensor_px = std::max(view.told.binning_x, 1);
   printRow("focal length fx", view.told.k[0], after.k[0], after.k[0] * found.sigma.focal_scale, focal, "px");
   printRow("focal length fy", view.told.k[4], after.k[4], after.k[4] * found.sigma.focal_scale, focal, "px");
   printRow("principal point cx", view.told.k[2], after.k[2], sensor_px * found.sigma.centre_px, centre, "px");
   printRow("principal point cy", view.told.k[5], after.k[5], sensor_px * found.sigma.centre_px, centre, "px");
   printRow("radial distortion k1", firstOf(view.told.distortion), firstOf(after.distortion), found.sigma.radial,
-           isDetermined(found, "distortion"), "");
+           found.isDetermined("distortion"), "");
 }
 
 void printPose(const CalibratedSessionView& view) {
-  if (!isDetermined(view.found, "view_pose")) {
+  if (!view.found.isDetermined("view_pose")) {
     std::printf("  relative pose                not determined, held\n");
     return;
   }
@@ -53,7 +48,7 @@ void printPose(const CalibratedSessionView& view) {
   const RigidTransform found = view.firstViewFromThis();
   const ViewGeometrySigma& sigma = view.found.sigma;
   std::printf("  %-28s %38.3f ± %-9.2g degrees\n", "relative pose: turned by",
-              kDegPerRad * rotationAngleBetween(told, found), kDegPerRad * sigma.rotation_rad);
+              kDegreesPerRadian * rotationAngleBetween(told, found), kDegreesPerRadian * sigma.rotation_rad);
   std::printf("  %-28s %38.3f ± %-9.2g mm (± %.2g mm as seen at the CT)\n", "its source moved by",
               (told.translation() - found.translation()).norm(), sigma.source_mm, sigma.translation_mm);
 }
@@ -96,7 +91,7 @@ nlohmann::json toJson(const CalibratedSessionView& view) {
           {"k1", firstOf(after.distortion)},
           {"k1_sigma", sigma.radial},
           {"T_first_view", tools::toJson(view.firstViewFromThis())},
-          {"rotation_sigma_deg", kDegPerRad * sigma.rotation_rad},
+          {"rotation_sigma_deg", kDegreesPerRadian * sigma.rotation_rad},
           {"translation_sigma_mm", sigma.source_mm},
           {"translation_at_ct_sigma_mm", sigma.translation_mm},
           {"undetermined", view.found.undetermined}};
