@@ -9,7 +9,7 @@ namespace xray_registration {
 namespace {
 
 constexpr int kMostVectors = 3 + kMostRayMotions;
-using Products = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostVectors, kMostVectors>;
+using Products = WindowCovariance;
 
 /// Adds a tile's products to a window's. The tile's are relative to its own values of DRR and X-ray, which lie `shift`
 /// above the window's: with L = I + shift e₀ᵀ in the rows of DRR and X-ray the window gains L P Lᵀ.
@@ -41,11 +41,15 @@ Products windowProducts(const TileProducts& products, int x, int y, int span_x, 
   return sums;
 }
 
+Products covarianceOf(const Products& sums) {
+  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostVectors, 1> mean = sums.col(0) / sums(0, 0);
+  return sums / sums(0, 0) - mean * mean.transpose();
+}
+
 WindowEvidence evidenceOf(const Products& sums, const WindowOptions& options) {
   WindowEvidence window;
   window.pixels = sums(0, 0);
-  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostVectors, 1> mean = sums.col(0) / window.pixels;
-  const Products covariance = sums / window.pixels - mean * mean.transpose();
+  const Products covariance = covarianceOf(sums);
   const Eigen::Index motions = covariance.rows() - 3;
   const double var_v = std::max(covariance(1, 1), 0.0);
   const double var_x = std::max(covariance(2, 2), 0.0);
@@ -68,6 +72,17 @@ WindowEvidence evidenceOf(const Products& sums, const WindowOptions& options) {
 }
 
 }  // namespace
+
+void forEachWindowCovariance(const TileProducts& products, int span,
+                             const std::function<void(double pixels, const WindowCovariance& covariance)>& look) {
+  const WindowGrid grid(products.tiles_x, products.tiles_y, span);
+  for (int y = 0; y < grid.windows_y; ++y) {
+    for (int x = 0; x < grid.windows_x; ++x) {
+      const Products sums = windowProducts(products, x, y, grid.span_x, grid.span_y);
+      if (sums(0, 0) >= grid.min_weight) look(sums(0, 0), covarianceOf(sums));
+    }
+  }
+}
 
 void forEachWindow(const TileProducts& products, const WindowOptions& options,
                    const std::function<void(const WindowEvidence&)>& look) {

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "xray_registration/geometry/cross_matrix.h"
+
 namespace xray_registration {
 
 Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& rotation_rad) {
@@ -50,6 +52,12 @@ Matrix6d twistCarriedBy(const RigidTransform& T_other_first) {
   Matrix6d carried = Matrix6d::Zero();
   carried.topLeftCorner<3, 3>() = T_other_first.linear();
   carried.bottomRightCorner<3, 3>() = T_other_first.linear();
+  return carried;
+}
+
+Matrix6d twistMovedBy(const Eigen::Vector3d& offset_mm) {
+  Matrix6d carried = Matrix6d::Identity();
+  carried.topRightCorner<3, 3>() = -crossMatrix(offset_mm);
   return carried;
 }
 

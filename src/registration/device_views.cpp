@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "registration/view_preparation.h"
 
@@ -18,11 +19,30 @@ constexpr double kMostPixels = 50.0;
 /// Pixels of CT shadow that a level needs: half a dozen tiles, or windows hold more of the rest than of the CT.
 constexpr double kSmallestShadow = 400.0;
 
+/// What the shadows of points cover, and `margin_mm` around it.
+PixelBox shadowBox(const XrayCamera& camera, const std::vector<Eigen::Vector3d>& points_mm,
+                   const RigidTransform& T_view_body, double margin_mm) {
+  PixelBox box{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(),
+               std::numeric_limits<double>::lowest(), std::numeric_limits<double>::lowest()};
+  for (const Eigen::Vector3d& point : points_mm) {
+    const Eigen::Vector3d seen_mm = T_view_body * point;
+    if (!(seen_mm.z() > 1.0)) return {};  // Beside or behind the source there is no shadow to bound.
+    const Eigen::Vector2d pixel = camera.project(seen_mm);
+    const Eigen::Vector2d margin = margin_mm / seen_mm.z() * Eigen::Vector2d(camera.fx, camera.fy);
+    box.u_low = std::min(box.u_low, pixel.x() - margin.x());
+    box.v_low = std::min(box.v_low, pixel.y() - margin.y());
+    box.u_high = std::max(box.u_high, pixel.x() + margin.x() + 1.0);
+    box.v_high = std::max(box.v_high, pixel.y() + margin.y() + 1.0);
+  }
+  return box;
+}
+
 }  // namespace
 
 void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
                          double max_image_pixels) {
   views_.clear();
+  surroundings_.clear();
   for (const ViewInput& input : inputs) {
     const RigidTransform T_view_ct = input.T_view_first * T_camera_ct_start;
     const PreparedView prepared =
@@ -31,6 +51,51 @@ void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransf
     views_.push_back({engine_->upload(prepared.camera, prepared.attenuation, prepared.weight), input.xray->camera,
                       input.T_view_first, twistCarriedBy(input.T_view_first)});
   }
+}
+
+void DeviceViews::shareFrom(const DeviceViews& other) {
+  views_.clear();
+  surroundings_.clear();
+  for (const View& view : other.views_) {
+    views_.push_back({engine_->share(view.xray.get()), view.told, view.T_view_first, view.twist_carried});
+  }
+}
+
+void DeviceViews::limitTo(const std::vector<Eigen::Vector3d>& points_body_mm, const RigidTransform& T_camera_body,
+                          double margin_mm) {
+  for (View& view : views_) {
+    view.xray->limitTo(shadowBox(view.level(0).camera, points_body_mm, view.T_view_first * T_camera_body, margin_mm));
+  }
+}
+
+void DeviceViews::leaveOut(const std::vector<BodyPlace>& bodies, double margin_mm) {
+  for (View& view : views_) {
+    std::vector<PixelBox> boxes;
+    for (const BodyPlace& body : bodies) {
+      boxes.push_back(shadowBox(view.level(0).camera, body.points_mm, view.T_view_first * body.T_camera_body, margin_mm));
+    }
+    view.xray->leaveOut(boxes);
+  }
+}
+
+void DeviceViews::surroundBy(std::vector<Surrounding> surroundings) {
+  surroundings_ = std::move(surroundings);
+  for (View& view : views_) view.xray->forgetSurroundings();
+}
+
+void DeviceViews::drawSurroundings(const View& view, int level) {
+  if (surroundings_.empty() || view.xray->isSurrounded(level)) return;
+  const XrayCamera& camera = view.level(level).camera;
+  for (const Surrounding& other : surroundings_) {
+    const RigidTransform T_view_body = view.T_view_first * other.T_camera_body;
+    const double depth_mm = std::max((T_view_body * other.engine->volume().centreCt()).z(), 1.0);
+    other.engine->surround(view.xray.get(), level, other.engine->volume().levelFor(camera.pixelSizeAt(depth_mm)),
+                           T_view_body);
+  }
+}
+
+void DeviceViews::setSaturation(double line_integral) {
+  for (View& view : views_) view.xray->setSaturation(line_integral);
 }
 
 double DeviceViews::shadowPixels(const XrayCamera& camera, const RigidTransform& T_view_ct) {
@@ -52,6 +117,15 @@ int DeviceViews::binningFor(const XrayCamera& whole, const RigidTransform& T_vie
       std::max({std::sqrt(shadow / max_image_pixels), std::sqrt(pixels / (kMostPixels * max_image_pixels)),
                 finest_useful_mm / whole.pixelSizeAt(depthOf(T_view_ct))});
   return std::max(1, static_cast<int>(std::ceil(factor - 1e-9)));
+}
+
+bool DeviceViews::seesCentre(const RigidTransform& T_camera_ct) const {
+  const XrayCamera& camera = views_.front().level(0).camera;
+  const Eigen::Vector3d centre_camera_mm = T_camera_ct * centreCt();
+  if (!(centre_camera_mm.z() > 0.0)) return false;
+  const Eigen::Vector2d pixel = camera.project(centre_camera_mm);
+  return pixel.x() > -0.5 * camera.width && pixel.x() < 1.5 * camera.width && pixel.y() > -0.5 * camera.height &&
+         pixel.y() < 1.5 * camera.height;
 }
 
 int DeviceViews::lastLevel() const {

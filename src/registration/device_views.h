@@ -8,6 +8,18 @@
 
 namespace xray_registration {
 
+/// A body around the one that is registered: its CT is on the engine.
+struct Surrounding {
+  Engine* engine = nullptr;
+  RigidTransform T_camera_body = RigidTransform::Identity();
+};
+
+/// Where a body's corners are.
+struct BodyPlace {
+  std::vector<Eigen::Vector3d> points_mm;
+  RigidTransform T_camera_body = RigidTransform::Identity();
+};
+
 /// The views of one frame on the device, each cropped to where the CT can be and binned to what the solver can use.
 class DeviceViews {
  public:
@@ -26,8 +38,31 @@ class DeviceViews {
   /// `max_image_pixels` of a view's pixels have CT behind them. @throws DeviceError.
   void upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start, double max_image_pixels);
 
+  /// Looks at another's views, which stay there, for the body on this engine: tiles and surroundings are its own.
+  void shareFrom(const DeviceViews& other);
+
+  /// Uses only tiles that touch the shadows of points of the body, moved by up to `margin_mm`.
+  void limitTo(const std::vector<Eigen::Vector3d>& points_body_mm, const RigidTransform& T_camera_body,
+               double margin_mm);
+
+  /// Leaves out the tiles that the shadows of bodies touch, in place of what was left out before.
+  void leaveOut(const std::vector<BodyPlace>& bodies, double margin_mm);
+
+  /// What is around the body, in place of what was: X-rays are compared with the sum of all line integrals. The engines
+  /// outlive this.
+  void surroundBy(std::vector<Surrounding> surroundings);
+
+  /// Draws what surrounds the body on a level, unless that was done; before every evaluation.
+  void drawSurroundings(const View& view, int level);
+
+  /// The detector saturates there (ResidentXray::setSaturation).
+  void setSaturation(double line_integral);
+
   const std::vector<View>& views() const { return views_; }
   std::size_t size() const { return views_.size(); }
+
+  /// Whether the CT's centre lies in the first view's image or at most half an image beside it.
+  bool seesCentre(const RigidTransform& T_camera_ct) const;
 
   /// The coarsest pyramid level that every view has.
   int lastLevel() const;
@@ -53,6 +88,7 @@ class DeviceViews {
 
   Engine* engine_;
   std::vector<View> views_;
+  std::vector<Surrounding> surroundings_;
 };
 
 }  // namespace xray_registration

@@ -4,6 +4,7 @@
 #include "registration/discrete_check.h"
 #include "registration/frame_checks.h"
 #include "registration/judgement.h"
+#include "registration/moving_bodies.h"
 #include "registration/setup_check.h"
 #include "registration/tracked_frame.h"
 #include "xray_registration/common/stopwatch.h"
@@ -24,6 +25,7 @@ FastRegistrar::~FastRegistrar() = default;
 
 void FastRegistrar::forget() {
   found_.reset();
+  if (bodies_) bodies_->forget();
   setup_check_->forget();
   suspicions_.clear();
 }
@@ -36,6 +38,7 @@ bool FastRegistrar::setOptions(const RegistrarOptions& options) {
 }
 
 void FastRegistrar::setVolume(const AttenuationVolume& volume) {
+  bodies_.reset();
   forget();
   selfTest(engine_.get());
   const std::size_t budget = residentVoxelBytes(*device_);
@@ -47,6 +50,12 @@ void FastRegistrar::setVolume(const AttenuationVolume& volume) {
   log(logger_, LogLevel::kInfo,
       "CT on " + device_->name() + ": " + std::to_string(engine_->volume().levels().size()) + " levels, " +
           std::to_string(engine_->volume().bytes() >> 20U) + " MiB");
+}
+
+void FastRegistrar::setBodies(const AttenuationVolume& rest, const std::vector<BodyModel>& bodies) {
+  forget();
+  bodies_.reset();
+  if (!bodies.empty()) bodies_ = std::make_unique<MovingBodies>(engine_.get(), rest, bodies);
 }
 
 std::string FastRegistrar::problemOf(const std::vector<ViewInput>& views,
@@ -79,7 +88,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   history.searched = !tracking || !found_;
   Solution solution;
   if (!history.searched) {
-    solution = trackFrame(&objective, *found_, T_camera_ct_start);
+    solution = track(T_camera_ct_start, &budget);
     history.found_similarity = found_->similarity;
     history.found_inlier_fraction = found_->inlier_fraction;
   } else {
@@ -94,9 +103,34 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   checkSetup(inputs, solution, history.searched, &budget, &result);
   if (!result.accepted && history.searched) forget();  // A refused cold start teaches nothing.
 
+  solution_ = std::make_unique<Solution>(solution);
   result.iterations = budget.used();
   result.solve_ms = watch.milliseconds();
   return result;
+}
+
+Solution FastRegistrar::track(const RigidTransform& T_camera_ct_start, StepBudget* budget) {
+  Engine* engine = bodies_ ? bodies_->restEngine() : engine_.get();
+  DeviceViews* views = bodies_ ? bodies_->viewsOfRest(*views_, T_camera_ct_start) : views_.get();
+  FrameObjective objective(engine, views, options_, budget);
+  return trackFrame(&objective, *found_, T_camera_ct_start);
+}
+
+std::vector<BodyResult> FastRegistrar::registerBodies(const std::vector<BodyStart>& starts, RegistrationResult* rest) {
+  if (!bodies_ || !solution_ || !rest->accepted) return {};
+  const Stopwatch watch;
+  std::vector<BodyResult> results = bodies_->registerIn(*views_, starts, options_, solution_.get());
+  const Matrix6d considered = options_.check_every > 0 ? setup_check_->consideredCovariance(options_.setup)
+                                                       : Matrix6d(Matrix6d::Zero());
+  describe(*solution_, finestSpan(options_.similarity), rest);
+  rest->covariance += considered;
+  for (BodyResult& body : results) {
+    const Matrix6d carried = twistMovedBy(rest->T_camera_ct.linear() * (body.centre_ct_mm - centreCt()));
+    body.covariance += carried * considered * carried.transpose();
+    rest->iterations += body.iterations;
+  }
+  rest->solve_ms += watch.milliseconds();
+  return results;
 }
 
 void FastRegistrar::checkSides(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
@@ -121,6 +155,7 @@ void FastRegistrar::checkSetup(const std::vector<ViewInput>& inputs, const Solut
       setup_check_->forget();
       views_->weigh(found_->leave_out_unexplained, solution.T_camera_ct);
     }
+    if (bodies_) bodies_->leaveOutOf(views_.get(), solution.T_camera_ct);
     SetupObjective objective(engine_.get(), views_.get(), budget);
     SetupOpinion opinion = setup_check_->look(&objective, solution, names, options_.accept);
     suspicions_ = std::move(opinion.suspicions);

@@ -36,6 +36,7 @@ std::vector<StepSums> FrameObjective::evaluateView(const DeviceViews::View& view
   std::vector<RigidTransform> T_view_ct;
   T_view_ct.reserve(T_camera_ct.size());
   for (const RigidTransform& pose : T_camera_ct) T_view_ct.push_back(view.T_view_first * pose);
+  views_->drawSurroundings(view, stage.level);
   return engine_->evaluate(view.xray.get(), stage.level,
                            views_->volumeLevel(view.level(stage.level).camera, T_view_ct.front()), T_view_ct,
                            windowOptions(options_.similarity, *view.xray, stage, robust_scale2));

@@ -10,7 +10,6 @@
 #include "xray_registration/registration/verdict.h"
 
 namespace xray_registration {
-namespace {
 
 /// A⁻¹ B A⁻¹ (P. J. Huber, 1967): A the curvature, B the variance of the gradient, from the scatter of the windows'
 /// own gradients, so that noise, its correlation inside a window and model errors are all in it. Each tile stands in
@@ -30,14 +29,6 @@ Matrix6d covarianceOf(const StepSums& sums, int span) {
   return 0.5 * (covariance + covariance.transpose());
 }
 
-/// The point's pixel lies in the image or at most half an image beside it.
-bool isInView(const Eigen::Vector3d& point_camera_mm, const XrayCamera& camera) {
-  if (!(point_camera_mm.z() > 0.0)) return false;
-  const Eigen::Vector2d pixel = camera.project(point_camera_mm);
-  return pixel.x() > -0.5 * camera.width && pixel.x() < 1.5 * camera.width && pixel.y() > -0.5 * camera.height &&
-         pixel.y() < 1.5 * camera.height;
-}
-
 void describe(const Solution& solution, int span, RegistrationResult* result) {
   const StepSums& sums = solution.sums;
   result->T_camera_ct = solution.T_camera_ct;
@@ -48,8 +39,6 @@ void describe(const Solution& solution, int span, RegistrationResult* result) {
   result->covariance = covarianceOf(sums, span);
 }
 
-}  // namespace
-
 void judge(const DeviceViews& views, const Solution& solution, const SolveHistory& history,
            const RegistrarOptions& options, RegistrationResult* result) {
   VerdictCues cues;
@@ -57,7 +46,7 @@ void judge(const DeviceViews& views, const Solution& solution, const SolveHistor
   if (cues.finite) describe(solution, finestSpan(options.similarity), result);
   result->converged = solution.converged;
   const Eigen::Vector3d centre = result->T_camera_ct * views.centreCt();
-  cues.in_view = isInView(centre, views.views().front().level(0).camera);
+  cues.in_view = views.seesCentre(result->T_camera_ct);
   cues.exceeded_steps = history.exceeded_steps;
   cues.converged = solution.converged && !solution.failed;
   cues.similarity = result->similarity;

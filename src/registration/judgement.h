@@ -20,6 +20,12 @@ struct SolveHistory {
   std::optional<Confirmation> confirmation;  ///< Of a cold start whose likeness alone is not sure.
 };
 
+/// The pose's covariance from the sums at the solution (judgement.cpp has the formula and its sources).
+Matrix6d covarianceOf(const StepSums& sums, int span);
+
+/// The numbers of the solution, with its covariance, into the result.
+void describe(const Solution& solution, int span, RegistrationResult* result);
+
 /// Fills the result's numbers from the solution, with its covariance, and accepts or refuses it.
 void judge(const DeviceViews& views, const Solution& solution, const SolveHistory& history,
            const RegistrarOptions& options, RegistrationResult* result);

@@ -3,6 +3,13 @@
 #include <algorithm>
 
 namespace xray_registration {
+namespace {
+
+PredictionLimits limitsOf(const TrackerOptions& options) {
+  return {options.max_prediction_gap_s, options.max_velocity_mm_s, options.max_velocity_rad_s};
+}
+
+}  // namespace
 
 const char* toString(TrackingState state) {
   switch (state) {
@@ -22,15 +29,22 @@ const char* toString(TrackingState state) {
 
 Tracker::Tracker(const TrackerOptions& options) : options_(options) {}
 
-void Tracker::setPose(const RigidTransform& T_camera_ct) {
+void Tracker::followBodies(std::size_t count) { bodies_.assign(count, {}); }
+
+void Tracker::setPose(const RigidTransform& T_camera_ct) { setPose(T_camera_ct, {}); }
+
+void Tracker::setPose(const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_bodies) {
   reset();
   given_ = T_camera_ct;
+  for (std::size_t i = 0; i < std::min(bodies_.size(), T_ct_bodies.size()); ++i) {
+    bodies_[i].T_ct_body_given = T_ct_bodies[i];
+  }
 }
 
 void Tracker::reset() {
   given_.reset();
-  last_.reset();
-  before_last_.reset();
+  history_.clear();
+  followBodies(bodies_.size());
   refused_in_a_row_ = 0;
   state_ = TrackingState::kWaitingForPose;
 }
@@ -38,23 +52,40 @@ void Tracker::reset() {
 std::optional<RigidTransform> Tracker::prediction(double stamp_s,
                                                   const std::optional<RigidTransform>& T_camera_now_camera_last) const {
   if (given_) return given_;
-  if (!last_) return std::nullopt;
-  if (T_camera_now_camera_last) return RigidTransform(*T_camera_now_camera_last * last_->T_camera_ct);
+  if (history_.empty()) return std::nullopt;
+  if (T_camera_now_camera_last) return RigidTransform(*T_camera_now_camera_last * history_.last());
   // A refused frame in between means that the velocity is stale: stay where the CT was last seen.
-  if (!before_last_ || refused_in_a_row_ > 0) return last_->T_camera_ct;
+  if (refused_in_a_row_ > 0) return history_.last();
+  return history_.predicted(stamp_s, centre_ct_, limitsOf(options_));
+}
 
-  const double step_s = last_->stamp_s - before_last_->stamp_s;
-  const double ahead_s = stamp_s - last_->stamp_s;
-  if (step_s <= 0.0 || ahead_s <= 0.0 || ahead_s > options_.max_prediction_gap_s ||
-      step_s > options_.max_prediction_gap_s) {
-    return last_->T_camera_ct;
+std::vector<BodyStart> Tracker::bodyPredictions(double stamp_s) const {
+  std::vector<BodyStart> starts;
+  for (const FollowedBody& body : bodies_) {
+    if (body.history.empty()) {
+      starts.push_back({body.T_ct_body_given, false});
+    } else if (body.refused_in_a_row > 0) {
+      starts.push_back({body.history.last(), false});
+    } else {
+      starts.push_back({body.history.predicted(stamp_s, body.centre_ct_mm, limitsOf(options_)), true});
+    }
   }
-  Twist velocity =
-      twistBetween(before_last_->T_camera_ct, last_->T_camera_ct, before_last_->T_camera_ct * centre_ct_) / step_s;
-  const double too_fast = std::max(velocity.head<3>().norm() / options_.max_velocity_mm_s,
-                                   velocity.tail<3>().norm() / options_.max_velocity_rad_s);
-  if (too_fast > 1.0) velocity /= too_fast;
-  return updatedPose(last_->T_camera_ct, velocity * ahead_s, last_->T_camera_ct * centre_ct_);
+  return starts;
+}
+
+void Tracker::noteBodies(double stamp_s, const RegistrationResult& result) {
+  for (std::size_t i = 0; i < std::min(bodies_.size(), result.bodies.size()); ++i) {
+    const BodyResult& seen = result.bodies[i];
+    FollowedBody& body = bodies_[i];
+    if (seen.accepted) {
+      body.history.add(stamp_s, result.T_camera_ct.inverse() * seen.T_camera_body);
+      body.centre_ct_mm = seen.centre_ct_mm;
+      body.refused_in_a_row = 0;
+      continue;
+    }
+    // What was lost for long may be anywhere: the search begins where the CT has it.
+    if (++body.refused_in_a_row >= options_.frames_until_lost) body.history.clear();
+  }
 }
 
 RegistrationResult Tracker::process(Registrar* registrar, const std::vector<ViewInput>& views, double stamp_s,
@@ -68,9 +99,10 @@ RegistrationResult Tracker::process(Registrar* registrar, const std::vector<View
   }
   RegistrationResult result = registrar->registerFrame(views, *start, isTracking());
   if (result.accepted) {
+    if (!bodies_.empty()) result.bodies = registrar->registerBodies(bodyPredictions(stamp_s), &result);
+    noteBodies(stamp_s, result);
     given_.reset();
-    before_last_ = last_;
-    last_ = Accepted{stamp_s, result.T_camera_ct};
+    history_.add(stamp_s, result.T_camera_ct);
     refused_in_a_row_ = 0;
     state_ = TrackingState::kTracking;
     return result;
@@ -78,7 +110,7 @@ RegistrationResult Tracker::process(Registrar* registrar, const std::vector<View
   ++refused_in_a_row_;
   if (state_ == TrackingState::kTracking && refused_in_a_row_ >= options_.frames_until_lost) {
     state_ = TrackingState::kLost;
-    before_last_.reset();
+    history_.forgetVelocity();
   }
   return result;
 }

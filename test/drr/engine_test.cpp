@@ -475,6 +475,10 @@ TEST_F(EngineTest, StorageOfOneXrayCarriesNothingIntoTheNext) {
 
 TEST_F(EngineTest, XraysOfAnotherKindAreRefused) {
   class OtherXray : public ResidentXray {
+    void limitTo(const PixelBox&) override {}
+    void leaveOut(const std::vector<PixelBox>&) override {}
+    void forgetSurroundings() override {}
+    bool isSurrounded(int) const override { return false; }
   } other;
   const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
   engine->setVolume(smoothVolume({24, 24, 24}, {1, 1, 1}, 0.0));

@@ -43,6 +43,17 @@ class Engine {
   virtual std::unique_ptr<ResidentXray> upload(const XrayCamera& camera, const FloatImage& attenuation,
                                                const FloatImage& weight) = 0;
 
+  /// An engine without a CT on the same device, with the same kernels, for another body: X-rays belong to both.
+  virtual std::unique_ptr<Engine> sibling() = 0;
+
+  /// The same X-ray for another body: pixels and weights are shared (and not its own to weigh), which tiles are used,
+  /// what surrounds the body, and saturation are its own.
+  virtual std::unique_ptr<ResidentXray> share(ResidentXray* xray) = 0;
+
+  /// Line integrals add: this engine's CT, as seen from a pose, becomes part of what surrounds the body that looks at
+  /// this level of the X-ray; on the tiles that are used. Evaluations then compare the X-ray with the sum.
+  virtual void surround(ResidentXray* xray, int xray_level, int volume_level, const RigidTransform& T_camera_ct) = 0;
+
   /// Lowers the weights where rays leave the CT through a cut face with tissue on it (the body goes on, the CT does
   /// not), smoothly, as seen from a pose; `limit` is the line integral of unexplained tissue that halves a weight.
   /// Returns the mean factor over the image: 1 when every ray is explained.

@@ -24,6 +24,13 @@ struct WindowEvidence {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRayMotions, kMostRayMotions> matrix;
 };
 
+/// A window's covariances of all its vectors (1, DRR, X-ray, derivatives …; those with the 1 are zero), about its means.
+using WindowCovariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3 + kMostRayMotions, 3 + kMostRayMotions>;
+
+/// The windows of span × span tiles that count, as forEachWindow chooses them: pixels and covariances.
+void forEachWindowCovariance(const TileProducts& products, int span,
+                             const std::function<void(double pixels, const WindowCovariance& covariance)>& look);
+
 /// The windows that count, from their tiles' sums, in double: what kernels/windows.cl adds up on the device for the six
 /// of the pose, here one by one and for any number of parameters. docs/design.md has the formulae.
 /// Windows come row by row, and which ones count depends on the X-ray alone.

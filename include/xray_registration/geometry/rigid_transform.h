@@ -30,6 +30,10 @@ Twist twistBetween(const RigidTransform& T_from, const RigidTransform& T_to, con
 /// another camera with T_other_first, about the same physical point: block-diagonal rotation (v, ω by R_other_first).
 Matrix6d twistCarriedBy(const RigidTransform& T_other_first);
 
+/// Carries a twist about one point into the same motion about another that lies `offset_mm` from it, same axes:
+/// v' = v + ω × offset.
+Matrix6d twistMovedBy(const Eigen::Vector3d& offset_mm);
+
 /// Angle between the rotations of two poses in rad.
 double rotationAngleBetween(const RigidTransform& a, const RigidTransform& b);
 

@@ -12,6 +12,7 @@ namespace xray_registration {
 
 class DeviceViews;
 class FrameObjective;
+class MovingBodies;
 class SetupCheck;
 class StepBudget;
 struct ColdStart;
@@ -26,9 +27,11 @@ class FastRegistrar : public Registrar {
   ~FastRegistrar() override;
 
   void setVolume(const AttenuationVolume& volume) override;
+  void setBodies(const AttenuationVolume& rest, const std::vector<BodyModel>& bodies) override;
   bool hasVolume() const override { return engine_->hasVolume(); }
   RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
                                    bool tracking) override;
+  std::vector<BodyResult> registerBodies(const std::vector<BodyStart>& starts, RegistrationResult* rest) override;
   void forget() override;
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override;
   Eigen::Vector3d centreCt() const override { return engine_->volume().centreCt(); }
@@ -48,6 +51,7 @@ class FastRegistrar : public Registrar {
   Logger logger_;
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<DeviceViews> views_;
+  Solution track(const RigidTransform& T_camera_ct_start, StepBudget* budget);
   void checkSides(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
                   const Solution& solution, RegistrationResult* result);
   void checkSetup(const std::vector<ViewInput>& inputs, const Solution& solution, bool searched, StepBudget* budget,
@@ -56,6 +60,8 @@ class FastRegistrar : public Registrar {
   std::unique_ptr<SetupCheck> setup_check_;
   int frames_until_check_ = 0;
   std::vector<SetupSuspicion> suspicions_;
+  std::unique_ptr<MovingBodies> bodies_;  ///< Null: the CT is one.
+  std::unique_ptr<Solution> solution_;    ///< Of the last frame.
   std::unique_ptr<ColdStart> found_;  ///< Empty: the next frame is a cold start.
 };
 

@@ -9,6 +9,7 @@
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/image.h"
 #include "xray_registration/image/xray_frame.h"
+#include "xray_registration/registration/body.h"
 #include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/registration/suspicion.h"
 #include "xray_registration/volume/attenuation.h"
@@ -45,6 +46,7 @@ struct RegistrationResult {
   bool compared = false;                   ///< A cold start that was not sure looked for other places and solved again:
   double rival_similarity = -1.0;          ///< of the best at another place, −1 where nothing was; and
   double disagreement_mm = 0.0;            ///< from the nearest other solve, in-plane.
+  std::vector<BodyResult> bodies;          ///< In the order of setBodies; empty when the CT was not accepted.
   std::vector<SetupSuspicion> suspicions;  ///< About what was told, as of the last frame that was looked at.
   double solve_ms = 0.0;
   double upload_ms = 0.0;
@@ -61,10 +63,22 @@ class Registrar {
   virtual void setVolume(const AttenuationVolume& volume) = 0;
   virtual bool hasVolume() const = 0;
 
+  /// Adds bodies that move on their own to the CT of setVolume, which has them where they were; `rest` is that CT
+  /// without them. A new setVolume forgets them. @throws DeviceError; std::invalid_argument when this implementation
+  /// knows no bodies.
+  virtual void setBodies(const AttenuationVolume& rest, const std::vector<BodyModel>& bodies);
+
   /// Registers one frame from a start pose. `tracking` says that the start is the prediction from an accepted
   /// neighbour, so coarse levels may be skipped and the jump from the start is judged.
   virtual RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
                                            bool tracking) = 0;
+
+  /// Registers the bodies in the frame that registerFrame has just accepted, from a start for each, and refines the
+  /// CT's pose, which then is the rest's, with them around it.
+  virtual std::vector<BodyResult> registerBodies(const std::vector<BodyStart>& /*starts*/,
+                                                 RegistrationResult* /*rest*/) {
+    return {};
+  }
 
   /// Forgets what earlier frames taught (levels, scales, choices): the next frame is a cold start, whatever `tracking`
   /// says. Called when the pose is forgotten.

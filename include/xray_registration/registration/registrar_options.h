@@ -9,6 +9,12 @@ namespace xray_registration {
 
 enum class Method { kFast, kPaper };
 
+/// Of a body beside the rest (parameters accept/body_…); docs/accuracy.md has the data.
+struct BodyAcceptOptions {
+  double min_similarity = 0.5;  ///< Of what the rest leaves unexplained.
+  double min_inlier_fraction = 0.3;
+};
+
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
 struct AcceptOptions {
   double min_similarity = 0.45;          ///< Whatever else speaks for a result.
@@ -28,6 +34,7 @@ struct AcceptOptions {
   double max_setup_error_mm = 1.0;      ///< How much a wrong input may move the pose.
   double max_residual_motion_mm = 0.3;  ///< What may still move in the images where the pose is right.
   double max_disagreement_mm = 1.0;     ///< Between the two solves, in-plane, mean over 60 mm around the CT's centre.
+  BodyAcceptOptions body;
 };
 
 /// What calibration left open, one σ (parameters geometry/… and ct/scale_sigma): part of the pose's covariance. The

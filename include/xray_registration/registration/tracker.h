@@ -2,7 +2,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "xray_registration/registration/pose_history.h"
 #include "xray_registration/registration/registrar.h"
 
 namespace xray_registration {
@@ -13,20 +15,25 @@ const char* toString(TrackingState state);
 struct TrackerOptions {
   int frames_until_lost = 5;          ///< Refused frames in a row that make LOST.
   double max_prediction_gap_s = 1.0;  ///< Beyond this gap the velocity is not trusted.
-  double max_velocity_mm_s = 200.0;   ///< Bound of the constant-velocity prediction.
+  double max_velocity_mm_s = 200.0;   ///< Bounds of the constant-velocity prediction.
   double max_velocity_rad_s = 2.0;
 };
 
 /// Follows a stream of frames: chooses each start (given pose, last accepted pose moved by a bounded constant velocity,
-/// or an external motion), calls the registrar, and keeps the state. Same code in the node, register_bag and evaluate.
-/// Not thread-safe.
+/// or an external motion), calls the registrar, and keeps the state. Bodies that move on their own are followed the
+/// same way, against the CT. Same code in the node, register_bag and evaluate. Not thread-safe.
 class Tracker {
  public:
   explicit Tracker(const TrackerOptions& options);
 
+  /// How many bodies there are beside the CT; forgets where they were.
+  void followBodies(std::size_t count);
+
   /// A start for the next frame; replaces all history. State becomes TRACKING on the next accepted frame; until then
-  /// every frame starts from it.
+  /// every frame starts from it. Bodies start from where the CT has them.
   void setPose(const RigidTransform& T_camera_ct);
+  /// The same with starts of the bodies against the CT.
+  void setPose(const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_bodies);
   /// Forgets pose and history (a time jump, ~reset).
   void reset();
 
@@ -34,6 +41,9 @@ class Tracker {
   /// `T_camera_now_camera_last` moves the last pose when the camera's own motion is known from tf.
   std::optional<RigidTransform> prediction(
       double stamp_s, const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt) const;
+
+  /// Where the bodies' registrations start, against the CT.
+  std::vector<BodyStart> bodyPredictions(double stamp_s) const;
 
   /// Whether the prediction comes from an accepted neighbour (Registrar::registerFrame's `tracking`).
   bool isTracking() const { return state_ == TrackingState::kTracking; }
@@ -49,15 +59,20 @@ class Tracker {
   int refusedInARow() const { return refused_in_a_row_; }
 
  private:
+  struct FollowedBody {
+    RigidTransform T_ct_body_given = RigidTransform::Identity();
+    PoseHistory history;  ///< Against the CT.
+    Eigen::Vector3d centre_ct_mm = Eigen::Vector3d::Zero();
+    int refused_in_a_row = 0;
+  };
+
+  void noteBodies(double stamp_s, const RegistrationResult& result);
+
   TrackerOptions options_;
   TrackingState state_ = TrackingState::kWaitingForPose;
   std::optional<RigidTransform> given_;
-  struct Accepted {
-    double stamp_s = 0.0;
-    RigidTransform T_camera_ct;
-  };
-  std::optional<Accepted> last_;
-  std::optional<Accepted> before_last_;
+  PoseHistory history_;
+  std::vector<FollowedBody> bodies_;
   int refused_in_a_row_ = 0;
   Eigen::Vector3d centre_ct_ = Eigen::Vector3d::Zero();
 };

@@ -94,6 +94,7 @@ void pack(const RayMotion& motion, float* floats) {
   floats[layout::kMotionRadial] = static_cast<float>(motion.radial);
   floats[layout::kMotionSwirl] = static_cast<float>(motion.swirl);
   floats[layout::kMotionOfCamera] = motion.of_camera ? 1.0F : 0.0F;
+  floats[layout::kMotionDensity] = static_cast<float>(motion.density);
 }
 
 /// Work-groups of the windows' kernel.
@@ -101,7 +102,13 @@ int groupsOfWindows(const WindowGrid& grid) { return (grid.windows() + kRays - 1
 
 class EngineOpenCl : public Engine {
  public:
-  explicit EngineOpenCl(std::shared_ptr<Device> device) : device_(std::move(device)), bench_(device_) {}
+  explicit EngineOpenCl(std::shared_ptr<Device> device)
+      : device_(std::move(device)),
+        shared_bench_(std::make_shared<Workbench>(device_)),
+        spare_xrays_(std::make_shared<SpareStorage>()) {}
+  /// A sibling.
+  EngineOpenCl(std::shared_ptr<Device> device, std::shared_ptr<Workbench> bench, std::shared_ptr<SpareStorage> spares)
+      : device_(std::move(device)), shared_bench_(std::move(bench)), spare_xrays_(std::move(spares)) {}
 
   void setVolume(const AttenuationVolume& volume) override {
     volume_.reset();
@@ -116,6 +123,23 @@ class EngineOpenCl : public Engine {
                                        const FloatImage& weight) override {
     return guarded(device_->name(), "uploading the X-ray",
                    [&] { return std::make_unique<OpenClXray>(camera, attenuation, weight, spare_xrays_, &bench_); });
+  }
+
+  std::unique_ptr<Engine> sibling() override {
+    return std::make_unique<EngineOpenCl>(device_, shared_bench_, spare_xrays_);
+  }
+
+  std::unique_ptr<ResidentXray> share(ResidentXray* xray) override { return std::make_unique<OpenClXray>(own(xray)); }
+
+  void surround(ResidentXray* xray, int xray_level, int volume_level, const RigidTransform& T_camera_ct) override {
+    guarded(device_->name(), "drawing what surrounds a body", [&] {
+      OpenClXray& seen = own(xray);
+      seen.makeReady(xray_level, &bench_);
+      const ResidentXray::Level& tiled = seen.level(xray_level);
+      const cl::Buffer& image =
+          draw(&FastKernels::render, 1, tiled.camera, volume_level, T_camera_ct, seen.usedTiles(xray_level));
+      seen.surroundWith(image, xray_level, &bench_);
+    });
   }
 
   double weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit) override {
@@ -258,7 +282,8 @@ class EngineOpenCl : public Engine {
     const cl::Buffer& out = sums_.atLeast(bytes, &bench_);
     bench_.run(&k.motion_sums, groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
                plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width, seen.camera.height,
-               xray.attenuation(xray_level), xray.weight(xray_level), out, motions_.get(), motions);
+               xray.attenuation(xray_level), xray.weight(xray_level), xray.surroundings(xray_level),
+               xray.surrounded(xray_level), static_cast<float>(xray.saturation()), out, motions_.get(), motions);
     bench_.queue().enqueueReadBuffer(out, CL_TRUE, 0, bytes, sums->data());
   }
 
@@ -290,6 +315,7 @@ class EngineOpenCl : public Engine {
     bench_.run(&k.sums.at(static_cast<std::size_t>(similarity)), groupsOf(k.items_per_tile, groups, &march_event_),
                ct.words, ct.grid, poses_.get(), plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width,
                seen.camera.height, xray.attenuation(xray_level), xray.weight(xray_level),
+               xray.surroundings(xray_level), xray.surrounded(xray_level), static_cast<float>(xray.saturation()),
                sums_.atLeast(groups * layout::kSumStride * sizeof(float), &bench_));
   }
 
@@ -316,28 +342,39 @@ class EngineOpenCl : public Engine {
   std::vector<FloatImage> renderImages(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera,
                                        int volume_level, const RigidTransform& T_camera_ct) {
     return guarded(device_->name(), "rendering a DRR", [&] {
-      const OpenClLevel& ct = level(volume_level);
-      const int tiles_x = layout::tilesFor(camera.width);
-      const int tiles = tiles_x * layout::tilesFor(camera.height);
-      const auto groups = static_cast<std::size_t>(tiles);
-      FastKernels& k = bench_.kernels(chooseSplit(groups));
-      uploadPoses(ct, camera, {T_camera_ct});
-      planTiles(ct, tiles_x, tiles, 1, allTiles(tiles));
+      const int tiles = layout::tilesFor(camera.width) * layout::tilesFor(camera.height);
+      const cl::Buffer& drawn =
+          draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
       std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
       const std::size_t bytes = sizeof(float) * images.front().pixels.size();
-      bench_.run(&(k.*kernel), groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
-                 plans_.get(), tiles_x, tiles, camera.width, camera.height, image_.atLeast(count * bytes, &bench_));
       for (std::size_t i = 0; i < count; ++i) {
-        bench_.queue().enqueueReadBuffer(image_.get(), CL_TRUE, i * bytes, bytes, images[i].pixels.data());
+        bench_.queue().enqueueReadBuffer(drawn, CL_TRUE, i * bytes, bytes, images[i].pixels.data());
       }
       return images;
     });
   }
 
+  /// Runs such a kernel on the used tiles.
+  const cl::Buffer& draw(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera,
+                         int volume_level, const RigidTransform& T_camera_ct, const cl::Buffer& used_tiles) {
+    const OpenClLevel& ct = level(volume_level);
+    const int tiles_x = layout::tilesFor(camera.width);
+    const int tiles = tiles_x * layout::tilesFor(camera.height);
+    const auto groups = static_cast<std::size_t>(tiles);
+    FastKernels& k = bench_.kernels(chooseSplit(groups));
+    uploadPoses(ct, camera, {T_camera_ct});
+    planTiles(ct, tiles_x, tiles, 1, used_tiles);
+    const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(camera.width * camera.height);
+    bench_.run(&(k.*kernel), groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
+               plans_.get(), tiles_x, tiles, camera.width, camera.height, image_.atLeast(count * bytes, &bench_));
+    return image_.get();
+  }
+
   std::shared_ptr<Device> device_;
-  Workbench bench_;
+  std::shared_ptr<Workbench> shared_bench_;  ///< With the siblings.
+  Workbench& bench_ = *shared_bench_;
   std::unique_ptr<OpenClVolume> volume_;
-  std::shared_ptr<SpareStorage> spare_xrays_ = std::make_shared<SpareStorage>();
+  std::shared_ptr<SpareStorage> spare_xrays_;
   int forced_split_ = 0;
   GrowingBuffer poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_, map_, motions_;
   int all_tiles_count_ = 0;

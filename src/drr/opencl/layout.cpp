@@ -48,6 +48,7 @@ std::string layoutOptions() {
       {"M_RADIAL", kMotionRadial},
       {"M_SWIRL", kMotionSwirl},
       {"M_OF_CAMERA", kMotionOfCamera},
+      {"M_DENSITY", kMotionDensity},
       {"MAP_STEP", kMapStep},
   };
   std::string options;

@@ -11,11 +11,6 @@ namespace {
 
 constexpr int kSmallestSide = 32;  ///< Of the coarsest level, pixels.
 
-/// Of one image of floats.
-std::size_t bytesOf(const XrayCamera& camera) {
-  return sizeof(float) * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-}
-
 /// Standard deviation of the pixels with weight; above zero.
 double deviationOf(const FloatImage& image, const FloatImage& weight) {
   double sum = 0.0;
@@ -30,85 +25,110 @@ double deviationOf(const FloatImage& image, const FloatImage& weight) {
   return count > 0.0 ? std::sqrt(std::max(sum2 / count - sum * sum / (count * count), 1e-12)) : 1.0;
 }
 
-std::unique_ptr<XrayStorage> takenFrom(SpareStorage* spares) {
-  if (spares->empty()) return std::make_unique<XrayStorage>();
-  std::unique_ptr<XrayStorage> storage = std::move(spares->front());
-  spares->erase(spares->begin());
-  return storage;
+/// The box in pixels of the level, as kernels take it.
+cl_float4 boxOn(int level, const PixelBox& box) {
+  const auto scaled = [level](double value) {
+    constexpr double kBeyondAnyImage = 1e9;
+    return static_cast<float>(std::clamp(value, -kBeyondAnyImage, kBeyondAnyImage) / static_cast<double>(1 << level));
+  };
+  return {{scaled(box.u_low), scaled(box.v_low), scaled(box.u_high), scaled(box.v_high)}};
 }
 
 }  // namespace
 
 OpenClXray::OpenClXray(const XrayCamera& camera, const FloatImage& attenuation, const FloatImage& weight,
-                       std::shared_ptr<SpareStorage> spares, Workbench* bench)
-    : spares_(std::move(spares)), storage_(takenFrom(spares_.get())) {
+                       const std::shared_ptr<SpareStorage>& spares, Workbench* bench) {
   deviation_ = deviationOf(attenuation, weight);
   addLevel(camera);
   while (std::min(levels_.back().camera.width, levels_.back().camera.height) >= 2 * kSmallestSide) {
     addLevel(levels_.back().camera.binned(2));
   }
-  if (storage_->levels.size() < levels_.size()) storage_->levels.resize(levels_.size());
-  const std::size_t bytes = bytesOf(camera);
-  bench->queue().enqueueWriteBuffer(storageOf(0).attenuation.atLeast(bytes, bench), CL_FALSE, 0, bytes,
-                                    attenuation.pixels.data());
-  bench->queue().enqueueWriteBuffer(storage_->mask.atLeast(bytes, bench), CL_TRUE, 0, bytes, weight.pixels.data());
+  pixels_ = std::make_shared<XrayPixels>(levels_, attenuation, weight, spares, bench);
+  takeStorage();
 }
 
-OpenClXray::~OpenClXray() {
-  try {
-    spares_->push_back(std::move(storage_));
-  } catch (const std::bad_alloc&) {
-    // Then it is freed.
-  }
+OpenClXray::OpenClXray(const OpenClXray& other) : ResidentXray(), pixels_(other.pixels_), owns_weights_(false) {
+  levels_ = other.levels_;
+  deviation_ = other.deviation_;
+  takeStorage();
+}
+
+OpenClXray::~OpenClXray() { giveTo(&pixels_->spares()->looks, std::move(storage_)); }
+
+void OpenClXray::takeStorage() {
+  storage_ = takenFrom(&pixels_->spares()->looks);
+  if (storage_->levels.size() < levels_.size()) storage_->levels.resize(levels_.size());
+  surrounded_.assign(levels_.size(), 0);
+  revision_ = pixels_->revision();
 }
 
 void OpenClXray::addLevel(const XrayCamera& camera) {
   levels_.push_back({camera, layout::tilesFor(camera.width), layout::tilesFor(camera.height)});
 }
 
-const cl::Buffer& OpenClXray::weight(int level) const {
-  return level == 0 && !weighed_ ? storage_->mask.get() : storageOf(level).weight.get();
+void OpenClXray::useAllTiles() {
+  marked_levels_ = 0;
+  tiles_kept_ = false;
+  forgetSurroundings();  // They were drawn on the tiles that were used.
+}
+
+void OpenClXray::limitTo(const PixelBox& box) {
+  box_ = box;
+  limited_ = true;
+  useAllTiles();
+}
+
+void OpenClXray::leaveOut(const std::vector<PixelBox>& boxes) {
+  left_out_ = boxes;
+  useAllTiles();
+}
+
+void OpenClXray::forgetSurroundings() { surrounded_.assign(levels_.size(), 0); }
+
+const cl::Buffer& OpenClXray::surroundings(int level) const {
+  return surrounded(level) != 0 ? storageOf(level).surroundings.get() : attenuation(level);
+}
+
+void OpenClXray::surroundWith(const cl::Buffer& image, int level, Workbench* bench) {
+  const XrayCamera& camera = levels_[static_cast<std::size_t>(level)].camera;
+  const int pixels = camera.width * camera.height;
+  const cl_int begins = surrounded(level) == 0 ? 1 : 0;
+  bench->run(&bench->kernels().surround, perItem(pixels), image, pixels, begins,
+             storageOf(level).surroundings.atLeast(sizeof(float) * static_cast<std::size_t>(pixels), bench));
+  surrounded_[static_cast<std::size_t>(level)] = 1;
 }
 
 void OpenClXray::restoreWeights() {
-  if (weighed_ || tiles_kept_) ready_levels_ = 0;
-  weighed_ = false;
-  tiles_kept_ = false;
+  if (owns_weights_) pixels_->restoreWeights();
+  if (tiles_kept_ || revision_ != pixels_->revision()) useAllTiles();
 }
 
 void OpenClXray::weigh(const cl::Buffer& map, int map_width, int map_height, Workbench* bench) {
-  const XrayCamera& camera = levels_.front().camera;
-  bench->run(&bench->kernels().apply_map, perItem(camera.width * camera.height), storage_->mask.get(), map,
-             camera.width, camera.height, map_width, map_height, storageOf(0).weight.atLeast(bytesOf(camera), bench));
-  weighed_ = true;
-  tiles_kept_ = false;
-  ready_levels_ = 0;
+  pixels_->weigh(map, map_width, map_height, bench);
+  useAllTiles();
 }
 
 void OpenClXray::makeReady(int level, Workbench* bench) {
-  for (; ready_levels_ <= level; ++ready_levels_) {
-    if (ready_levels_ > 0) halveInto(ready_levels_, bench);
-    markTiles(ready_levels_, bench);
+  pixels_->makeReady(level, bench);
+  if (revision_ != pixels_->revision()) {
+    revision_ = pixels_->revision();
+    useAllTiles();
   }
-}
-
-void OpenClXray::halveInto(int level, Workbench* bench) {
-  const XrayCamera& fine = levels_[static_cast<std::size_t>(level - 1)].camera;
-  const XrayCamera& half = levels_[static_cast<std::size_t>(level)].camera;
-  XrayStorage::Level& storage = storageOf(level);
-  bench->run(&bench->kernels().halve_xray, perItem(half.width * half.height), attenuation(level - 1), weight(level - 1),
-             fine.width, fine.height, half.width, half.height, storage.attenuation.atLeast(bytesOf(half), bench),
-             storage.weight.atLeast(bytesOf(half), bench));
-  bench->countHalving();
+  for (; marked_levels_ <= level; ++marked_levels_) markTiles(marked_levels_, bench);
 }
 
 void OpenClXray::markTiles(int level, Workbench* bench) {
   const Level& seen = levels_[static_cast<std::size_t>(level)];
   const auto tiles = static_cast<std::size_t>(seen.tiles());
-  XrayStorage::Level& storage = storageOf(level);
+  LookStorage::Level& storage = storageOf(level);
   bench->run(&bench->kernels().used_tiles, perItem(seen.tiles()), attenuation(level), weight(level), seen.camera.width,
-             seen.camera.height, seen.tiles_x, seen.tiles(), storage.used_tiles.atLeast(sizeof(cl_int) * tiles, bench),
+             seen.camera.height, seen.tiles_x, seen.tiles(), boxOn(level, box_),
+             storage.used_tiles.atLeast(sizeof(cl_int) * tiles, bench),
              storage.contrast.atLeast(sizeof(float) * tiles, bench));
+  for (const PixelBox& box : left_out_) {
+    bench->run(&bench->kernels().leave_out_tiles, perItem(seen.tiles()), seen.tiles_x, seen.tiles(), boxOn(level, box),
+               storage.used_tiles.get(), storage.contrast.get());
+  }
 }
 
 void OpenClXray::keepContrastTiles(int level, double part, Workbench* bench) {
@@ -117,6 +137,9 @@ void OpenClXray::keepContrastTiles(int level, double part, Workbench* bench) {
   std::vector<float> contrast(count);
   bench->queue().enqueueReadBuffer(storageOf(level).contrast.get(), CL_TRUE, 0, sizeof(float) * count, contrast.data());
   std::vector<float> sorted = contrast;
+  // What a box leaves out is not part of what is chosen from.
+  if (limited_) sorted.erase(std::remove(sorted.begin(), sorted.end(), 0.0F), sorted.end());
+  if (sorted.empty()) return;
   const float threshold = quantileBelow(&sorted, 1.0 - part);
   std::vector<cl_int> used(count);
   for (std::size_t i = 0; i < count; ++i) used[i] = contrast[i] > 0.0F && contrast[i] >= threshold ? 1 : 0;

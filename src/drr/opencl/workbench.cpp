@@ -26,6 +26,8 @@ FastKernels& Workbench::kernels(int split) {
     k.windows = cl::Kernel(k.program, "windows");
     k.halve_xray = cl::Kernel(k.program, "halve_xray");
     k.used_tiles = cl::Kernel(k.program, "used_tiles");
+    k.leave_out_tiles = cl::Kernel(k.program, "leave_out_tiles");
+    k.surround = cl::Kernel(k.program, "surround");
     k.unexplained = cl::Kernel(k.program, "unexplained");
     k.apply_map = cl::Kernel(k.program, "apply_map");
     return kernels_.emplace(split, std::move(k)).first->second;

@@ -23,6 +23,13 @@ void gradient_sums(SUMS_ARGUMENTS) {
       images[2 * RAYS + ray] = xray[pixel];
       _Pragma("unroll") for (int i = 0; i < 6; ++i) images[(3 + i) * RAYS + ray] = partial[i];
     }
+    for (int r = 0; r < LANES && SEEN_WITH_MORE; ++r) {
+      const int ray = first_ray + r;
+      const int pixel = min(RAY_ROW(ray), height - 1) * width + min(RAY_COLUMN(ray), width - 1);
+      const Seen seen = seen_in_pixel(images[RAYS + ray], surroundings, surrounded, pixel, saturation);
+      images[RAYS + ray] = seen.value;
+      for (int i = 3; i < VECTORS; ++i) images[i * RAYS + ray] *= seen.passed;
+    }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int ray = get_local_id(0); ray < RAYS; ray += GROUP) {

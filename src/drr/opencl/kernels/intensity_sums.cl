@@ -29,6 +29,18 @@ void intensity_sums(SUMS_ARGUMENTS) {
         weighted[(3 + i) * RAYS + ray] = w * partial[i];
       }
     }
+    // A loop of its own, so that it costs nothing where there is one body.
+    for (int r = 0; r < LANES && SEEN_WITH_MORE; ++r) {
+      const int ray = first_ray + r;
+      const int pixel = min(RAY_ROW(ray), height - 1) * width + min(RAY_COLUMN(ray), width - 1);
+      const Seen seen = seen_in_pixel(vectors[RAYS + ray] + value_ref, surroundings, surrounded, pixel, saturation);
+      vectors[RAYS + ray] = seen.value - value_ref;
+      weighted[RAYS + ray] = weighted[ray] * (seen.value - value_ref);
+      for (int i = 3; i < VECTORS; ++i) {
+        vectors[i * RAYS + ray] *= seen.passed;
+        weighted[i * RAYS + ray] *= seen.passed;
+      }
+    }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int sum = get_local_id(0); sum < SUMS; sum += GROUP) {

@@ -31,7 +31,8 @@ INLINE float derivative_by(__global const float* motion, const RayGradient gradi
                        r2 * (motion[M_RADIAL] * outwards + motion[M_SWIRL] * turned);
   // A ray of the camera that leans more is longer between two slices.
   const float lengthened = motion[M_OF_CAMERA] * value * dot(d, moved) / (r2 + 1.0f);
-  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened;
+  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened +
+         motion[M_DENSITY] * value;
 }
 
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
@@ -61,6 +62,11 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
       vectors[2 * RAYS + ray] = xray[pixel] - reference[1];
       for (int i = 0; i < motion_count; ++i) {
         vectors[(3 + i) * RAYS + ray] = derivative_by(motions + i * MOTION_STRIDE, gradient, g.d_camera, value[r] * mm);
+      }
+      if (SEEN_WITH_MORE) {
+        const Seen seen = seen_in_pixel(value[r] * mm, surroundings, surrounded, pixel, saturation);
+        vectors[RAYS + ray] = seen.value - reference[0];
+        for (int i = 0; i < motion_count; ++i) vectors[(3 + i) * RAYS + ray] *= seen.passed;
       }
     }
   }

@@ -4,14 +4,40 @@
 #define SUMS_ARGUMENTS                                                                                              \
   __global const uint *volume, const Grid grid, __global const float *poses, __global const int4 *plans,            \
       const int tiles_x, const int tiles, const int width, const int height, __global const float *xray,            \
-      __global const float *weight, __global float *sums_out
+      __global const float *weight, __global const float *surroundings, const int surrounded,                       \
+      const float saturation, __global float *sums_out
+
+// What the detector shows of a ray: the body's line integral and that of what else the ray meets, and less where it
+// saturates, value = S (1 − exp(−sum / S)); `passed` is the derivative by the line integral.
+typedef struct {
+  float value, passed;
+} Seen;
+
+INLINE Seen seen_by_detector(float line_integral, float surrounding, float saturation) {
+  Seen seen = {line_integral + surrounding, 1.0f};
+  if (saturation > 0.0f) {
+    seen.passed = exp(-seen.value / saturation);
+    seen.value = saturation * (1.0f - seen.passed);
+  }
+  return seen;
+}
+
+// Whether a detector shows anything else than the body's own line integrals.
+#define SEEN_WITH_MORE ((surrounded != 0) | (saturation > 0.0f))
+
+INLINE Seen seen_in_pixel(float line_integral, __global const float* surroundings, int surrounded, int pixel,
+                          float saturation) {
+  return seen_by_detector(line_integral, surrounded ? surroundings[pixel] : 0.0f, saturation);
+}
 
 // The values of the tile's first pixel, which DRR and X-ray are relative to so that float suffices, into `reference`.
 #define REFERENCE_OF_TILE                                                                \
   if (get_local_id(0) == 0) {                                                            \
     const RayGeometry g = ray_geometry(pose, k, RAY_U(0), RAY_V(0));                     \
-    reference[0] = value[0] * g.length_mm * pose[P_SCALE];                               \
-    reference[1] = xray[min(origin.y, height - 1) * width + min(origin.x, width - 1)];   \
+    const int first_pixel = min(origin.y, height - 1) * width + min(origin.x, width - 1); \
+    reference[0] = seen_in_pixel(value[0] * g.length_mm * pose[P_SCALE], surroundings,   \
+                                 surrounded, first_pixel, saturation).value;             \
+    reference[1] = xray[first_pixel];                                                    \
   }                                                                                      \
   barrier(CLK_LOCAL_MEM_FENCE);
 

@@ -1,0 +1,69 @@
+#include "registration/body_judgement.h"
+
+#include <iomanip>
+#include <sstream>
+
+#include "registration/judgement.h"
+#include "registration/normal_matrix.h"
+#include "xray_registration/geometry/angles.h"
+
+namespace xray_registration {
+namespace {
+
+template <typename... Parts>
+std::string sentence(const Parts&... parts) {
+  std::ostringstream text;
+  text << std::setprecision(3);
+  (text << ... << parts);
+  return text.str();
+}
+
+std::string reasonToRefuse(const DeviceViews& views, const BodyModel& model, const BodyCues& cues,
+                           const RegistrarOptions& options, const BodyResult& result) {
+  if (!cues.solution.sums.finite() || !cues.solution.T_camera_ct.matrix().allFinite()) {
+    return "the solver met a number that is not finite";
+  }
+  const BodyAcceptOptions& accept = options.accept.body;
+  const Eigen::Vector3d centre_camera_mm = cues.solution.T_camera_ct * views.centreCt();
+  const double moved_mm = (centre_camera_mm - cues.T_camera_ct * views.centreCt()).norm();
+  const double turned_rad = rotationAngleBetween(cues.solution.T_camera_ct, cues.T_camera_ct);
+  if (!views.seesCentre(cues.solution.T_camera_ct)) return model.name + " left the image";
+  if (cues.exceeded_steps > 0) return sentence("the solver ran out of its ", cues.exceeded_steps, " steps");
+  if (!(moved_mm <= model.max_translation_mm)) {
+    return sentence(model.name, " moved ", moved_mm, " mm from where the CT has it, more than ",
+                    model.max_translation_mm, " (max_translation)");
+  }
+  if (!(turned_rad <= model.max_rotation_rad)) {
+    return sentence(model.name, " turned ", turned_rad * kDegreesPerRadian, " degrees from where the CT has it, more than ",
+                    model.max_rotation_rad * kDegreesPerRadian, " (max_rotation)");
+  }
+  if (!(result.similarity >= accept.min_similarity)) {
+    return sentence("the X-rays do not show ", model.name, " there: similarity ", result.similarity, " is below ",
+                    accept.min_similarity);
+  }
+  if (!(result.inlier_fraction >= accept.min_inlier_fraction)) {
+    return sentence("too little of ", model.name, " is seen: inlier fraction ", result.inlier_fraction, " is below ",
+                    accept.min_inlier_fraction);
+  }
+  if (cues.solution.failed || !cues.solution.converged) return "the solver stopped before it converged";
+  return {};
+}
+
+}  // namespace
+
+BodyResult judgeBody(const DeviceViews& views, const BodyModel& model, const BodyCues& cues,
+                     const RegistrarOptions& options) {
+  BodyResult result;
+  result.name = model.name;
+  result.solved = true;
+  result.T_camera_body = cues.solution.T_camera_ct;
+  result.similarity = cues.evidence.similarity;
+  result.inlier_fraction = cues.evidence.inlier_fraction;
+  result.centre_ct_mm = views.centreCt();
+  result.covariance = covarianceOf(cues.solution.sums, finestSpan(options.similarity));
+  result.reason = reasonToRefuse(views, model, cues, options, result);
+  result.accepted = result.reason.empty();
+  return result;
+}
+
+}  // namespace xray_registration

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "registration/body_evidence.h"
+#include "registration/device_views.h"
+#include "registration/solution.h"
+#include "xray_registration/registration/body.h"
+#include "xray_registration/registration/registrar_options.h"
+
+namespace xray_registration {
+
+/// What is known about a body's solution when it is judged.
+struct BodyCues {
+  Solution solution;
+  RigidTransform T_camera_ct = RigidTransform::Identity();  ///< Of the rest.
+  BodyEvidence evidence;
+  int exceeded_steps = 0;
+};
+
+/// Fills the body's numbers from its solution, and accepts or refuses it.
+BodyResult judgeBody(const DeviceViews& views, const BodyModel& model, const BodyCues& cues,
+                     const RegistrarOptions& options);
+
+}  // namespace xray_registration

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "registration/device_views.h"
+#include "registration/frame_objective.h"
+#include "registration/solution.h"
+#include "xray_registration/registration/body.h"
+#include "xray_registration/registration/registrar.h"
+
+namespace xray_registration {
+
+/// The bodies of a CT that move on their own, each on an engine of its own beside the rest's. Line integrals add: each
+/// is registered with the rest and all others around it, and so is the rest. @throws DeviceError from every call.
+class MovingBodies {
+ public:
+  /// Puts the rest and all bodies on siblings of `whole`, which holds the whole CT.
+  MovingBodies(Engine* whole, const AttenuationVolume& rest, const std::vector<BodyModel>& models);
+
+  Engine* restEngine() const { return rest_engine_.get(); }
+
+  /// The rest's look at the views of a frame, with the bodies around it where they were last seen against it.
+  DeviceViews* viewsOfRest(const DeviceViews& whole, const RigidTransform& T_camera_ct);
+
+  /// Registers all bodies where the rest is, then the rest among them (`rest` moves), then the bodies again where that
+  /// is worth it. `views` are the whole CT's.
+  std::vector<BodyResult> registerIn(const DeviceViews& views, const std::vector<BodyStart>& starts,
+                                     const RegistrarOptions& options, Solution* rest);
+
+  /// Leaves the bodies' shadows out of the whole CT's views: for who asks whether the CT is right, where it has them at
+  /// places that they have left.
+  void leaveOutOf(DeviceViews* whole, const RigidTransform& T_camera_ct) const;
+
+  /// The next frame is a cold start of every body.
+  void forget();
+
+ private:
+  struct Body {
+    BodyModel model;
+    std::unique_ptr<Engine> engine;
+    std::unique_ptr<DeviceViews> views;
+    std::vector<Eigen::Vector3d> corners_ct_mm;
+    RigidTransform T_ct_body = RigidTransform::Identity();  ///< As last seen; the identity before.
+    std::optional<ColdStart> found;                         ///< Of the body's own cold start.
+  };
+
+  std::vector<Surrounding> around(const Body* body, const RigidTransform& T_camera_ct,
+                                  const std::vector<RigidTransform>& T_ct_body) const;
+  Solution solve(Body* body, const BodyStart& start, const RigidTransform& T_camera_start,
+                 const RegistrarOptions& options, StepBudget* budget);
+  void refineRest(const DeviceViews& views, const std::vector<RigidTransform>& T_ct_body,
+                  const RegistrarOptions& options, Solution* rest);
+
+  std::unique_ptr<Engine> rest_engine_;
+  std::unique_ptr<DeviceViews> rest_views_;
+  std::vector<Body> bodies_;
+};
+
+}  // namespace xray_registration
