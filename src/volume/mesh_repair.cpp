@@ -4,6 +4,7 @@
 #include <numeric>
 #include <optional>
 #include <sstream>
+#include <tuple>
 
 #include "mesh_readers.h"
 

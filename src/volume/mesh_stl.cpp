@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "mesh_readers.h"
 #include "mesh_repair.h"
 #include "mesh_scanner.h"

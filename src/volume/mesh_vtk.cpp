@@ -1,4 +1,5 @@
 #include <map>
+#include <utility>
 
 #include "header_text.h"
 #include "mesh_readers.h"
