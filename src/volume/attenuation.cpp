@@ -6,6 +6,8 @@
 #include <mutex>
 #include <sstream>
 
+#include "hounsfield.h"
+#include "label_sampling.h"
 #include "parallel.h"
 #include "xray_registration/volume/volume_error.h"
 
@@ -39,12 +41,6 @@ void check(const Volume& ct, const AttenuationModel& model) {
   if (ct.hu.empty() || ct.hu.size() != ct.grid.voxelCount()) {
     throw VolumeError("CT '" + ct.name + "': the number of voxels does not fit its grid");
   }
-}
-
-// Attenuation of one HU value, 1/mm.
-double attenuationOf(int hu, const AttenuationModel& model) {
-  if (hu < model.threshold_hu) return 0.0;
-  return std::max(0.0, model.water_per_mm * (1.0 + hu / 1000.0));
 }
 
 std::int16_t highestHu(const std::vector<std::int16_t>& hu) { return *std::max_element(hu.begin(), hu.end()); }
@@ -131,32 +127,14 @@ std::array<bool, 6> cutFaces(const AttenuationVolume& volume, const AttenuationM
 
 // Clears what is not `label` in the slices [begin, end); returns whether any voxel of the label was met.
 bool maskSlices(const LabelVolume& labels, int label, int begin, int end, AttenuationVolume* volume) {
-  const Eigen::Affine3d label_from_voxel = labels.grid.ctFromIndex().inverse() * volume->grid.ctFromIndex();
-  const Eigen::Vector3d step = label_from_voxel.linear().col(0);
-  const Eigen::Vector3i& size = volume->grid.size;
-  const Eigen::Vector3i& label_size = labels.grid.size;
   bool found = false;
-  for (int z = begin; z < end; ++z) {
-    for (int y = 0; y < size.y(); ++y) {
-      const Eigen::Vector3d start = label_from_voxel * Eigen::Vector3d(0.0, y, z);
-      const std::size_t row = (static_cast<std::size_t>(z) * size.y() + y) * size.x();
-      for (int x = 0; x < size.x(); ++x) {
-        const Eigen::Vector3d position = start + x * step;
-        const Eigen::Array3d nearest = (position.array() + 0.5).floor();
-        bool selected = (nearest >= 0.0).all() && (nearest < label_size.cast<double>().array()).all();
-        if (selected) {
-          const Eigen::Array3i n = nearest.cast<int>();
-          const std::size_t index = (static_cast<std::size_t>(n.z()) * label_size.y() + n.y()) * label_size.x() + n.x();
-          selected = labels.labels[index] == label;
-        }
-        if (selected) {
-          found = true;
-        } else {
-          volume->values[row + static_cast<std::size_t>(x)] = 0;
-        }
-      }
+  forEachLabel(labels, volume->grid, begin, end, [&](std::size_t voxel, int here) {
+    if (here == label) {
+      found = true;
+    } else {
+      volume->values[voxel] = 0;
     }
-  }
+  });
   return found;
 }
 
@@ -172,9 +150,7 @@ AttenuationVolume toAttenuation(const Volume& ct, const AttenuationModel& model,
   if (label < 1 || label > std::numeric_limits<std::uint16_t>::max()) {
     refuse("ct/label", label, "it must lie within 1 and 65535");
   }
-  if (labels.labels.empty() || labels.labels.size() != labels.grid.voxelCount()) {
-    throw VolumeError("ct/mask: the number of labels does not fit the grid");
-  }
+  checkLabels(labels);
   AttenuationVolume result = convert(ct, model);
   std::mutex mutex;
   bool found = false;

@@ -7,6 +7,7 @@
 #include "dicom_series.h"
 #include "file_boundary.h"
 #include "itk_image_file.h"
+#include "segment_layers.h"
 
 namespace xray_registration {
 namespace {
@@ -143,6 +144,7 @@ Volume readVolume(const std::string& path, const VolumeReadOptions& options, con
 
 LabelVolume readLabels(const std::string& path, const VolumeReadOptions& options, const Logger& logger) {
   const std::string real = checkedPath(path, options.directory);
+  checkLayers(real);
   FileImage<std::uint16_t> image =
       fs::is_directory(real) ? readFolder<std::uint16_t>(real, options, logger) : readLabelFile(real);
   LabelVolume labels;

@@ -24,7 +24,8 @@ struct VolumeReadOptions {
 /// folder, a path (or a file that it refers to) outside `directory`.
 Volume readVolume(const std::string& path, const VolumeReadOptions& options, const Logger& logger);
 
-/// Reads a label image in any of the same formats, with the same errors.
+/// Reads a label image in any of the same formats, with the same errors; 3D Slicer's segmentations (.seg.nrrd) as well.
+/// @throws VolumeError also when their segments overlap.
 LabelVolume readLabels(const std::string& path, const VolumeReadOptions& options, const Logger& logger);
 
 /// Writes .nii, .nii.gz, .nrrd, .mha.
