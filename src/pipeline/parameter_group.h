@@ -38,6 +38,13 @@ class ParameterGroup {
     }
   }
 
+  /// An entry of a list; `place`: what messages call it.
+  ParameterGroup(const std::string& place, const YAML::Node& entry) : prefix_(place + "/"), node_(entry) {
+    if (!node_.IsMap()) {
+      throw ParameterError("parameter " + place + " is '" + shown(node_) + "'; allowed: a group of parameters");
+    }
+  }
+
   void number(const std::string& name, double low, double high, double* value) {
     const std::string allowed = "a number from " + text(low) + " to " + text(high);
     readInto(name, allowed, value);

@@ -2,9 +2,11 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <regex>
 
+#include "pipeline/body_parser.h"
 #include "pipeline/parameter_group.h"
 #include "xray_registration/pipeline/pose_yaml.h"
 
@@ -21,6 +23,7 @@ void readCt(const YAML::Node& tree, CtParameters* ct, SetupSigmas* sigmas) {
   group.number("threshold_hu", -1024.0, 3000.0, &ct->model.threshold_hu);
   group.words("mask", &ct->mask);
   group.integer("label", 1, 65535, &ct->label);
+  group.flag("rest", &ct->rest);
   group.number("surface_threshold_hu", -1024.0, 3000.0, &ct->surface_threshold_hu);
   group.integer("surface_triangles", 0, 2000000, &ct->surface_triangles);
   group.number("scale_sigma", 0.0, 0.5, &sigmas->ct_scale);
@@ -188,7 +191,7 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.flag("invert_tf", &parameters->frames.invert_tf);
   readInitialPose(tree, parameters);
   for (const char* group : {"initial_pose", "ct", "image", "frames", "sync", "accept", "solver", "tracking", "geometry",
-                            "calibration", "diagnostic_period"})
+                            "calibration", "bodies", "diagnostic_period"})
     top.known(group);
   for (const auto& [name, value] : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
@@ -196,6 +199,11 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
 }
 
 }  // namespace
+
+bool NodeParameters::needsCt() const {
+  return bodies.empty() ||
+         std::any_of(bodies.begin(), bodies.end(), [](const BodyParameters& body) { return body.isCutFromCt(); });
+}
 
 ParameterError::ParameterError(const std::string& message) : std::runtime_error(onOneLine(message)) {}
 
@@ -211,6 +219,7 @@ NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   readGeometry(tree, &parameters.registrar.setup);
   readTracking(tree, &parameters.tracker);
   readCalibration(tree, &parameters.calibration_frames);
+  parameters.bodies = readBodies(tree, logger);
   validate(parameters);
   return parameters;
 }
@@ -249,6 +258,7 @@ void validate(const NodeParameters& parameters) {
   if (parameters.device.empty()) {
     throw ParameterError("parameter device is ''; allowed: auto, gpu, cpu, or a part of the device's name");
   }
+  validateBodies(parameters);
 }
 
 }  // namespace xray_registration

@@ -9,6 +9,7 @@
 #include "xray_registration/common/log.h"
 #include "xray_registration/image/mask.h"
 #include "xray_registration/image/xray_frame.h"
+#include "xray_registration/pipeline/body_parameters.h"
 #include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/registration/tracker.h"
 #include "xray_registration/volume/attenuation.h"
@@ -38,6 +39,7 @@ struct CtParameters {
   AttenuationModel model;  ///< ct/water_attenuation (1/mm), ct/threshold_hu
   std::string mask;        ///< Label image; empty: the whole CT is registered.
   int label = 1;
+  bool rest = true;  ///< With bodies or a label: the rest of the CT is in the picture and has its own pose.
   double surface_threshold_hu = 250.0;  ///< ~ct_surface: what counts as bone.
   int surface_triangles = 60000;        ///< ~ct_surface: at most so many; 0 makes none.
 };
@@ -85,8 +87,12 @@ struct NodeParameters {
   Mode mode = Mode::kTrack;
   std::optional<RigidTransform> initial_pose;  ///< T_camera_ct of the first view, mm.
   std::string initial_pose_frame;              ///< Frame of initial_pose; empty: the first view's optical frame.
+  std::vector<BodyParameters> bodies;          ///< Structures with a pose of their own.
   std::string drr_encoding = "mono8";
   std::string image_transport = "raw";
+
+  /// Whether something is to be registered that only ct/path has: without bodies, or with one that is cut out of it.
+  bool needsCt() const;
 
   /// Names to go with the views' order; one empty name when there are no views.
   std::vector<std::string> viewNames() const { return views.empty() ? std::vector<std::string>{""} : views; }
