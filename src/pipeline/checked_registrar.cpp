@@ -14,21 +14,45 @@ RegistrationResult finite(RegistrationResult result) {
 
 }  // namespace
 
+RegistrationResult CheckedRegistrar::inCallersFrame(RegistrationResult result) const {
+  result.T_camera_ct = T_first_base_ * result.T_camera_ct;
+  const Matrix6d turn = twistCarriedBy(T_first_base_);
+  result.covariance = turn * result.covariance * turn.transpose();
+  return result;
+}
+
 RegistrationResult CheckedRegistrar::registerFrame(const std::vector<ViewInput>& views,
                                                    const RigidTransform& T_first_ct_start, bool tracking) {
   const RigidTransform T_base_first = views.front().T_view_first;
+  T_first_base_ = T_base_first.inverse();
   if (T_base_first.isApprox(RigidTransform::Identity(), 0.0)) {
+    T_first_base_.setIdentity();
     return finite(registrar_->registerFrame(views, T_first_ct_start, tracking));
   }
-  const RigidTransform T_first_base = T_base_first.inverse();
   std::vector<ViewInput> rebased = views;
-  for (ViewInput& view : rebased) view.T_view_first = view.T_view_first * T_first_base;
+  for (ViewInput& view : rebased) view.T_view_first = view.T_view_first * T_first_base_;
   rebased.front().T_view_first = RigidTransform::Identity();
-  RegistrationResult result = registrar_->registerFrame(rebased, T_base_first * T_first_ct_start, tracking);
-  result.T_camera_ct = T_first_base * result.T_camera_ct;
-  const Matrix6d turn = twistCarriedBy(T_first_base);
-  result.covariance = turn * result.covariance * turn.transpose();
-  return finite(std::move(result));
+  return finite(inCallersFrame(registrar_->registerFrame(rebased, T_base_first * T_first_ct_start, tracking)));
+}
+
+std::vector<BodyResult> CheckedRegistrar::registerBodies(const std::vector<BodyStart>& starts,
+                                                         RegistrationResult* rest) {
+  const RigidTransform T_base_first = T_first_base_.inverse();
+  const Matrix6d turn = twistCarriedBy(T_base_first);
+  rest->T_camera_ct = T_base_first * rest->T_camera_ct;
+  rest->covariance = turn * rest->covariance * turn.transpose();
+  std::vector<BodyResult> bodies = registrar_->registerBodies(starts, rest);
+  *rest = finite(inCallersFrame(*rest));
+  const Matrix6d back = turn.transpose();
+  for (BodyResult& body : bodies) {
+    body.T_camera_body = T_first_base_ * body.T_camera_body;
+    body.covariance = back * body.covariance * back.transpose();
+    if (body.T_camera_body.matrix().allFinite()) continue;
+    body.accepted = body.solved = false;
+    body.T_camera_body = rest->T_camera_ct;
+    body.reason = "the registration gave a pose that is not finite";
+  }
+  return bodies;
 }
 
 }  // namespace xray_registration

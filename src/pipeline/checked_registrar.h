@@ -19,7 +19,12 @@ class CheckedRegistrar : public Registrar {
   RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_first_ct_start,
                                    bool tracking) override;
 
+  std::vector<BodyResult> registerBodies(const std::vector<BodyStart>& starts, RegistrationResult* rest) override;
+
   void setVolume(const AttenuationVolume& volume) override { registrar_->setVolume(volume); }
+  void setBodies(const AttenuationVolume& rest, const std::vector<BodyModel>& bodies) override {
+    registrar_->setBodies(rest, bodies);
+  }
   bool hasVolume() const override { return registrar_->hasVolume(); }
   void forget() override { registrar_->forget(); }
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override {
@@ -31,7 +36,10 @@ class CheckedRegistrar : public Registrar {
   std::size_t deviceBytes() const override { return registrar_->deviceBytes(); }
 
  private:
+  RegistrationResult inCallersFrame(RegistrationResult result) const;
+
   Registrar* registrar_;
+  RigidTransform T_first_base_ = RigidTransform::Identity();  ///< Of the last frame: base is the registrar's first view.
 };
 
 }  // namespace xray_registration

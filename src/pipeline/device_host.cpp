@@ -14,13 +14,13 @@ DeviceHost::DeviceHost(std::string device, const RegistrarOptions& options, Logg
 DeviceHost::DeviceHost(RegistrarFactory factory, const RegistrarOptions& options, Logger logger)
     : factory_(std::move(factory)), options_(options), logger_(std::move(logger)) {}
 
-std::unique_ptr<Registrar> DeviceHost::makeRegistrar() {
+std::unique_ptr<Registrar> DeviceHost::makeRegistrar(const RegistrarOptions& options) {
   std::unique_ptr<Registrar> registrar;
   if (factory_) {
-    registrar = factory_(options_);
+    registrar = factory_(options);
   } else {
     if (!device_) device_ = std::make_shared<Device>(device_choice_, logger_);
-    registrar = xray_registration::makeRegistrar(device_, options_, logger_);
+    registrar = xray_registration::makeRegistrar(device_, options, logger_);
   }
   device_name_ = registrar->deviceName();
   return registrar;
@@ -52,15 +52,18 @@ void DeviceHost::doOrFault(const std::string& what_failed, RegisteredBody* body,
 
 void DeviceHost::open() {
   if (!device_name_.empty()) return;
-  doOrFault("the device cannot be opened", nullptr, [this] { spare_ = makeRegistrar(); });
+  doOrFault("the device cannot be opened", nullptr, [this] { spare_ = makeRegistrar(options_); });
 }
 
 void DeviceHost::upload(RegisteredBody* body) {
   doOrFault("the CT cannot be put on the device", body, [this, body] {
     // The body gets it back when it is filled, so that none without a CT is left behind whatever is thrown.
     std::unique_ptr<Registrar> registrar = std::move(body->registrar ? body->registrar : spare_);
-    if (!registrar) registrar = makeRegistrar();
+    const RegistrarOptions options = body->optionsFrom(options_);
+    if (!registrar || !registrar->setOptions(options)) registrar = makeRegistrar(options);
     registrar->setVolume(*body->attenuation);
+    if (body->rest) registrar->setBodies(*body->rest, body->bodies);
+    body->tracker.followBodies(body->bodies.size());
     body->centre_ct_mm = registrar->centreCt();
     body->registrar = std::move(registrar);
   });
@@ -107,7 +110,7 @@ void DeviceHost::forgetFault(RegisteredBody* body) {
 void DeviceHost::setOptions(const RegistrarOptions& options, RegisteredBody* body) {
   options_ = options;
   if (spare_ && !spare_->setOptions(options)) spare_.reset();
-  if (!body->registrar || body->registrar->setOptions(options)) return;
+  if (!body->registrar || body->registrar->setOptions(body->optionsFrom(options))) return;
   body->registrar.reset();
   upload(body);
 }

@@ -2,9 +2,17 @@
 
 namespace xray_registration {
 
-void RegisteredBody::startFrom(const RigidTransform& T_camera_ct) {
+RegistrarOptions RegisteredBody::optionsFrom(RegistrarOptions options) const {
+  if (range) {
+    options.search_rotation_rad = range->rotation_rad;
+    options.search_translation_mm = range->translation_mm;
+  }
+  return options;
+}
+
+void RegisteredBody::startFrom(const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_bodies) {
   forgetPose();
-  tracker.setPose(T_camera_ct);
+  tracker.setPose(T_camera_ct, T_ct_bodies);
 }
 
 void RegisteredBody::forgetPose() {

@@ -3,6 +3,7 @@
 #include <new>
 #include <utility>
 
+#include "pipeline/body_volumes.h"
 #include "pipeline/checked_registrar.h"
 #include "pipeline/failure_text.h"
 #include "xray_registration/common/stopwatch.h"
@@ -28,9 +29,33 @@ std::vector<ViewInput> present(const std::vector<std::optional<ViewInput>>& view
   return found;
 }
 
-AttenuationVolume attenuationOf(const Volume& ct, const CtParameters& parameters, const Logger& logger) {
-  if (parameters.mask.empty()) return toAttenuation(ct, parameters.model);
-  return toAttenuation(ct, parameters.model, readLabels(parameters.mask, parameters.read, logger), parameters.label);
+/// What a body with a CT of its own gave in a frame.
+BodyResult asBody(const std::string& name, const RegistrationResult& result, const Eigen::Vector3d& centre_mm) {
+  BodyResult body;
+  body.name = name;
+  body.T_camera_body = result.T_camera_ct;
+  body.solved = result.solved;
+  body.accepted = result.accepted;
+  body.reason = result.reason;
+  body.similarity = result.similarity;
+  body.inlier_fraction = result.inlier_fraction;
+  body.iterations = result.iterations;
+  body.centre_ct_mm = centre_mm;
+  body.covariance = result.covariance;
+  return body;
+}
+
+/// ct/label without a list of bodies: the frame's result is that structure's.
+void takeOnlyBody(RegistrationResult* result) {
+  if (!result->accepted || result->bodies.size() != 1 || result->bodies.front().name != kOnlyBody) return;
+  const BodyResult only = result->bodies.front();
+  result->bodies.clear();
+  result->T_camera_ct = only.T_camera_body;
+  result->accepted = only.accepted;
+  result->reason = only.reason;
+  result->similarity = only.similarity;
+  result->inlier_fraction = only.inlier_fraction;
+  result->covariance = only.covariance;
 }
 
 }  // namespace
@@ -60,20 +85,72 @@ void RegistrationPipeline::loadCt(const std::string& path, const std::string& se
 }
 
 void RegistrationPipeline::setCt(Volume ct) {
-  auto attenuation = std::make_shared<const AttenuationVolume>(attenuationOf(ct, parameters_.ct, logger_));
+  CtParts parts = partsOf(ct, parameters_, logger_);
+  std::vector<RegisteredBody> own = bodiesOfTheirOwn(&ct, parameters_, logger_);
   auto shared_ct = std::make_shared<const Volume>(std::move(ct));
   // From here on the new CT counts, also when the device refuses it: an old one must not go on being registered.
   ct_ = std::move(shared_ct);
   body_.forgetPose();
-  body_.attenuation = std::move(attenuation);
+  body_.attenuation = std::move(parts.whole);
+  body_.rest = std::move(parts.rest);
+  body_.bodies = std::move(parts.bodies);
   body_.name = ct_->name;
+  first_is_body_ = !parameters_.ct.rest && !own.empty();
+  upload(std::move(own));
+}
+
+void RegistrationPipeline::loadBodies() {
+  if (parameters_.needsCt()) return;
+  first_is_body_ = true;
+  upload(bodiesOfTheirOwn(nullptr, parameters_, logger_));
+}
+
+void RegistrationPipeline::upload(std::vector<RegisteredBody> own) {
+  own_.clear();
+  if (first_is_body_) {
+    // Nothing is known around the bodies: the first one stands for the CT.
+    std::unique_ptr<Registrar> registrar = std::move(body_.registrar);
+    body_ = std::move(own.front());
+    body_.registrar = std::move(registrar);
+    own.erase(own.begin());
+  }
   device_.noteSuccess();
   device_.upload(&body_);
+  own_ = std::move(own);
+  for (RegisteredBody& body : own_) device_.upload(&body);
+  if (first_is_body_ && body_.T_camera_ct_configured) body_.startFrom(*body_.T_camera_ct_configured);
+  for (RegisteredBody& body : own_) {
+    if (body.T_camera_ct_configured) body.startFrom(*body.T_camera_ct_configured);
+  }
+}
+
+void RegistrationPipeline::setPose(const RigidTransform& T_camera_ct, const BodyPoses& T_camera_bodies) {
+  std::vector<RigidTransform> T_ct_bodies;
+  for (const BodyModel& body : body_.bodies) {
+    const auto given = T_camera_bodies.find(body.name);
+    T_ct_bodies.push_back(given == T_camera_bodies.end() ? RigidTransform::Identity()
+                                                         : T_camera_ct.inverse() * given->second);
+  }
+  body_.startFrom(T_camera_ct, T_ct_bodies);
+  for (RegisteredBody& body : own_) {
+    const auto given = T_camera_bodies.find(body.name);
+    if (given != T_camera_bodies.end()) {
+      body.startFrom(given->second);
+    } else {
+      body.startFrom(body.T_camera_ct_configured.value_or(T_camera_ct));
+    }
+  }
 }
 
 void RegistrationPipeline::reset() {
   body_.forgetPose();
+  for (RegisteredBody& body : own_) body.forgetPose();
   device_.forgetFault(&body_);
+  if (!body_.registrar) closeOwn();
+}
+
+void RegistrationPipeline::closeOwn() {
+  for (RegisteredBody& body : own_) body.registrar.reset();
 }
 
 TrackingState RegistrationPipeline::state() const {
@@ -90,6 +167,8 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
   if (outcome.result.reason.empty()) {
     outcome.result = solve(stamp_s, outcome, T_camera_now_camera_last);
     outcome.registered = outcome.result.solved;
+    takeOnlyBody(&outcome.result);
+    solveOwn(stamp_s, outcome.views, &outcome.result);
   }
   outcome.state = state();
   outcome.total_ms = watch.milliseconds();
@@ -121,6 +200,7 @@ RegistrationResult RegistrationPipeline::solve(double stamp_s, const FrameOutcom
     CheckedRegistrar registrar(body_.registrar.get());
     result = body_.tracker.process(&registrar, present(frame.views), stamp_s, T_camera_now_camera_last);
   } catch (const DeviceError& error) {
+    closeOwn();
     const bool rebuilt = device_.rebuildAfter(error.what(), &body_);
     return refusedBecause(std::string("the device failed: ") + error.what() + (rebuilt ? " (it was opened anew)" : ""));
   } catch (const std::exception& error) {
@@ -138,6 +218,32 @@ RegistrationResult RegistrationPipeline::solve(double stamp_s, const FrameOutcom
   }
   if (!result.accepted && !frame.missing_because.empty()) result.reason += " (" + frame.missing_because + ")";
   return result;
+}
+
+void RegistrationPipeline::solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views,
+                                    RegistrationResult* result) {
+  if (first_is_body_) result->bodies.push_back(asBody(body_.name, *result, body_.centre_ct_mm));
+  for (RegisteredBody& body : own_) result->bodies.push_back(solveOwn(stamp_s, views, &body));
+}
+
+BodyResult RegistrationPipeline::solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views,
+                                          RegisteredBody* body) {
+  RegistrationResult result;
+  if (!device_.isReady(body)) return asBody(body->name, refusedBecause(fault()), body->centre_ct_mm);
+  try {
+    CheckedRegistrar registrar(body->registrar.get());
+    result = body->tracker.process(&registrar, present(views), stamp_s);
+  } catch (const DeviceError& error) {
+    // The next frame opens the device anew.
+    closeOwn();
+    device_.rebuildAfter(error.what(), &body_);
+    result = refusedBecause(std::string("the device failed: ") + error.what());
+  } catch (const std::exception& error) {
+    result = refusedBecause("the registration failed: " + inWords(error));
+  }
+  if (result.accepted) body->last_accepted_s = stamp_s;
+  if (!result.accepted && result.reason.empty()) result.reason = "the registration was not accepted";
+  return asBody(body->name, result, body->centre_ct_mm);
 }
 
 FloatImage RegistrationPipeline::renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) {
@@ -161,8 +267,10 @@ void RegistrationPipeline::setTuning(const RegistrarOptions& registrar, const Tr
   parameters_.registrar.method = method;
   parameters_.tracker = tracker;
   body_.tracker.setOptions(tracker);
+  for (RegisteredBody& body : own_) body.tracker.setOptions(tracker);
   try {
     device_.setOptions(parameters_.registrar, &body_);
+    for (RegisteredBody& body : own_) device_.setOptions(parameters_.registrar, &body);
   } catch (const DeviceError& error) {
     log(logger_, LogLevel::kError, std::string("the device failed after a change of parameters: ") + error.what());
   }

@@ -125,11 +125,18 @@ std::array<bool, 6> cutFaces(const AttenuationVolume& volume, const AttenuationM
   return cut;
 }
 
-// Clears what is not `label` in the slices [begin, end); returns whether any voxel of the label was met.
-bool maskSlices(const LabelVolume& labels, int label, int begin, int end, AttenuationVolume* volume) {
+std::string inWords(const std::vector<int>& labels) {
+  std::string words;
+  for (const int label : labels) words += (words.empty() ? "" : ", ") + std::to_string(label);
+  return words;
+}
+
+// Clears what has none of the labels in the slices [begin, end); returns whether any voxel of theirs was met.
+bool maskSlices(const LabelVolume& labels, const std::vector<int>& chosen, int begin, int end,
+                AttenuationVolume* volume) {
   bool found = false;
   forEachLabel(labels, volume->grid, begin, end, [&](std::size_t voxel, int here) {
-    if (here == label) {
+    if (std::find(chosen.begin(), chosen.end(), here) != chosen.end()) {
       found = true;
     } else {
       volume->values[voxel] = 0;
@@ -147,15 +154,23 @@ AttenuationVolume toAttenuation(const Volume& ct, const AttenuationModel& model)
 }
 
 AttenuationVolume toAttenuation(const Volume& ct, const AttenuationModel& model, const LabelVolume& labels, int label) {
-  if (label < 1 || label > std::numeric_limits<std::uint16_t>::max()) {
-    refuse("ct/label", label, "it must lie within 1 and 65535");
+  return toAttenuation(ct, model, labels, std::vector<int>{label});
+}
+
+AttenuationVolume toAttenuation(const Volume& ct, const AttenuationModel& model, const LabelVolume& labels,
+                                const std::vector<int>& chosen) {
+  for (const int label : chosen) {
+    if (label < 1 || label > std::numeric_limits<std::uint16_t>::max()) {
+      refuse("ct/label", label, "it must lie within 1 and 65535");
+    }
   }
+  const std::string label = inWords(chosen);
   checkLabels(labels);
   AttenuationVolume result = convert(ct, model);
   std::mutex mutex;
   bool found = false;
   parallelFor(ct.grid.size.z(), [&](int begin, int end) {
-    const bool found_here = maskSlices(labels, label, begin, end, &result);
+    const bool found_here = maskSlices(labels, chosen, begin, end, &result);
     const std::lock_guard<std::mutex> lock(mutex);
     found = found || found_here;
   });

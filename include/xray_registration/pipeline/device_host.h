@@ -56,7 +56,7 @@ class DeviceHost {
   const std::string& deviceName() const { return device_name_; }
 
  private:
-  std::unique_ptr<Registrar> makeRegistrar();
+  std::unique_ptr<Registrar> makeRegistrar(const RegistrarOptions& options);
   void close(RegisteredBody* body);
   template <typename Work>
   void doOrFault(const std::string& what_failed, RegisteredBody* body, const Work& work);

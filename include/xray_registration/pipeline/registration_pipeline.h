@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -54,8 +55,19 @@ class RegistrationPipeline {
   /// The same with a CT at hand, which is kept for the bone surface.
   void setCt(Volume ct);
 
-  /// A start in the first view's camera frame; replaces all history, so the next frame is a cold start.
-  void setPose(const RigidTransform& T_camera_ct) { body_.startFrom(T_camera_ct); }
+  /// Reads the bodies that have CTs or meshes of their own and puts them on the device, when the parameters need no CT
+  /// (NodeParameters::needsCt); the first one then stands for the CT. Otherwise the CT brings them with it.
+  /// @throws VolumeError, DeviceError as loadCt does.
+  void loadBodies();
+
+  /// Starts of bodies by name, in the first view's camera frame.
+  using BodyPoses = std::map<std::string, RigidTransform>;
+
+  /// A start in the first view's camera frame; replaces all history, so the next frame is a cold start. Bodies start
+  /// where the CT has them, or where they are configured to.
+  void setPose(const RigidTransform& T_camera_ct) { setPose(T_camera_ct, {}); }
+  /// The same with starts of their own for some bodies.
+  void setPose(const RigidTransform& T_camera_ct, const BodyPoses& T_camera_bodies);
   /// Forgets the pose. A fault is forgotten too: the device is opened anew by the next frame.
   void reset();
 
@@ -97,6 +109,10 @@ class RegistrationPipeline {
   RegistrationPipeline(NodeParameters parameters, DeviceHost device, Logger logger);
   std::string reasonToRefuse(double stamp_s, std::vector<RawView> views,
                              const std::optional<RigidTransform>& T_camera_now_camera_last, FrameOutcome* outcome);
+  void upload(std::vector<RegisteredBody> own);
+  void closeOwn();
+  void solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, RegistrationResult* result);
+  BodyResult solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, RegisteredBody* body);
   RegistrationResult solve(double stamp_s, const FrameOutcome& frame,
                            const std::optional<RigidTransform>& T_camera_now_camera_last);
 
@@ -105,6 +121,8 @@ class RegistrationPipeline {
   FrameMaker frame_maker_;
   DeviceHost device_;
   RegisteredBody body_;  ///< After device_: its registrar goes first.
+  std::vector<RegisteredBody> own_;  ///< Bodies that are registered by themselves, beside body_.
+  bool first_is_body_ = false;       ///< body_ is the first body of the list, not the CT around them.
   std::shared_ptr<const Volume> ct_;
 };
 

@@ -30,6 +30,9 @@ struct AttenuationVolume {
 /// @throws VolumeError naming the parameter when the model is out of range or the label selects no voxel.
 AttenuationVolume toAttenuation(const Volume& ct, const AttenuationModel& model);
 AttenuationVolume toAttenuation(const Volume& ct, const AttenuationModel& model, const LabelVolume& labels, int label);
+/// The same with all voxels that have one of several labels.
+AttenuationVolume toAttenuation(const Volume& ct, const AttenuationModel& model, const LabelVolume& labels,
+                                const std::vector<int>& chosen);
 
 /// Centre of the non-air voxels' bounding box in CT coordinates, mm: the point that the solver turns about.
 Eigen::Vector3d anatomicalCentreCt(const AttenuationVolume& attenuation);
