@@ -32,6 +32,45 @@ void check(const TrialOptions& options) {
   }
 }
 
+void addBodies(const RegistrationResult& result, const EvaluationFrame& frame, Trial* trial) {
+  for (const BodyResult& body : result.bodies) {
+    const auto truth = frame.T_camera_bodies_true.find(body.name);
+    if (truth == frame.T_camera_bodies_true.end()) continue;
+    BodyTrial entry;
+    entry.result = body;
+    entry.final = poseError(body.T_camera_body, truth->second, targetGrid(body.centre_ct_mm, kBodyTargetSizeMm));
+    trial->bodies.push_back(entry);
+  }
+}
+
+/// Starts of the bodies: a body that is cut out of the CT against the CT's start, one that has a CT of its own against
+/// its truth, as the CT's own start is.
+RegistrationPipeline::BodyPoses bodyStarts(const RegistrationPipeline& pipeline, const EvaluationFrame& frame,
+                                           const RigidTransform& T_camera_ct_start, RandomStarts* starts,
+                                           RandomStarts* body_starts) {
+  RegistrationPipeline::BodyPoses poses;
+  for (const FollowedBodyInfo& body : pipeline.followedBodies()) {
+    RigidTransform T = T_camera_ct_start;
+    if (!body.cut_from_ct) {
+      const auto truth = frame.T_camera_bodies_true.find(body.name);
+      if (truth == frame.T_camera_bodies_true.end()) continue;
+      T = updatedPose(truth->second, starts->next(), truth->second * body.centre_mm);
+    }
+    poses[body.name] = updatedPose(T, body_starts->next(), T * body.centre_mm);
+  }
+  return poses;
+}
+
+/// Of the bodies with CTs of their own: nothing else says where these are.
+RegistrationPipeline::BodyPoses ownTruths(const RegistrationPipeline& pipeline, const EvaluationFrame& frame) {
+  RegistrationPipeline::BodyPoses poses;
+  for (const FollowedBodyInfo& body : pipeline.followedBodies()) {
+    const auto truth = frame.T_camera_bodies_true.find(body.name);
+    if (!body.cut_from_ct && truth != frame.T_camera_bodies_true.end()) poses[body.name] = truth->second;
+  }
+  return poses;
+}
+
 /// The frame through the pipeline from where the pipeline stands.
 Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline* pipeline,
                    const EvaluationFrame& frame, const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
@@ -46,6 +85,7 @@ Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline
   trial.prepare_ms = outcome.prepare_ms;
   trial.solve_ms = outcome.total_ms - outcome.prepare_ms;
   const std::vector<Eigen::Vector3d> targets_ct_mm = targetGrid(centre_ct_mm, target_size_mm);
+  addBodies(outcome.result, frame, &trial);
   trial.start = poseError(T_camera_ct_start, frame.T_camera_ct_true, targets_ct_mm);
   trial.final = poseError(trial.result.T_camera_ct, frame.T_camera_ct_true, targets_ct_mm);
   return trial;
@@ -54,11 +94,12 @@ Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline
 }  // namespace
 
 Trial runTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, const Twist& disturbance,
-               const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
+               const Eigen::Vector3d& centre_ct_mm, double target_size_mm,
+               const RegistrationPipeline::BodyPoses& T_camera_bodies) {
   const RigidTransform T_camera_ct_start =
       updatedPose(frame.T_camera_ct_true, disturbance, frame.T_camera_ct_true * centre_ct_mm);
   pipeline->reset();
-  pipeline->setPose(T_camera_ct_start);
+  pipeline->setPose(T_camera_ct_start, T_camera_bodies);
   Trial trial = registerFrom(T_camera_ct_start, pipeline, frame, centre_ct_mm, target_size_mm);
   trial.disturbance = disturbance;
   return trial;
@@ -70,13 +111,21 @@ std::vector<Trial> runTrials(RegistrationPipeline* pipeline, const std::vector<E
   check(frames);
   check(options);
   RandomStarts starts(options.range, options.seed);
+  // Another sequence, so that the CT's starts are the same with bodies and without.
+  constexpr std::uint64_t kOfBodies = 0x9e3779b97f4a7c15ULL;
+  RandomStarts own_starts(options.range, options.seed + kOfBodies);
+  RandomStarts body_starts(options.body_range, options.seed + 2 * kOfBodies);
   runTrial(pipeline, frames.front(), Twist::Zero(), centre_ct_mm, options.target_size_mm);
 
   std::vector<Trial> trials;
   trials.reserve(static_cast<std::size_t>(options.trials));
   for (int i = 0; i < options.trials; ++i) {
     const EvaluationFrame& frame = frames[static_cast<std::size_t>(i) % frames.size()];
-    trials.push_back(runTrial(pipeline, frame, starts.next(), centre_ct_mm, options.target_size_mm));
+    const Twist disturbance = starts.next();
+    const RigidTransform T_camera_ct_start =
+        updatedPose(frame.T_camera_ct_true, disturbance, frame.T_camera_ct_true * centre_ct_mm);
+    const auto poses = bodyStarts(*pipeline, frame, T_camera_ct_start, &own_starts, &body_starts);
+    trials.push_back(runTrial(pipeline, frame, disturbance, centre_ct_mm, options.target_size_mm, poses));
     if (progress) progress(i + 1, options.trials);
   }
   return trials;
@@ -87,7 +136,7 @@ std::vector<Trial> followFrames(RegistrationPipeline* pipeline, const std::vecto
   check(frames);
   runTrial(pipeline, frames.front(), Twist::Zero(), centre_ct_mm, target_size_mm);
   pipeline->reset();
-  pipeline->setPose(frames.front().T_camera_ct_true);
+  pipeline->setPose(frames.front().T_camera_ct_true, ownTruths(*pipeline, frames.front()));
 
   std::vector<Trial> trials;
   trials.reserve(frames.size());

@@ -153,6 +153,16 @@ void RegistrationPipeline::closeOwn() {
   for (RegisteredBody& body : own_) body.registrar.reset();
 }
 
+std::vector<FollowedBodyInfo> RegistrationPipeline::followedBodies() const {
+  std::vector<FollowedBodyInfo> bodies;
+  for (const BodyModel& body : body_.bodies) {
+    if (body.name != kOnlyBody) bodies.push_back({body.name, true, anatomicalCentreCt(body.volume)});
+  }
+  if (first_is_body_ && hasCt()) bodies.push_back({body_.name, false, body_.centre_ct_mm});
+  for (const RegisteredBody& body : own_) bodies.push_back({body.name, false, body.centre_ct_mm});
+  return bodies;
+}
+
 TrackingState RegistrationPipeline::state() const {
   if (!fault().empty()) return TrackingState::kFault;
   if (!hasCt()) return TrackingState::kWaitingForCt;

@@ -57,10 +57,10 @@ BodyResult judgeBody(const DeviceViews& views, const BodyModel& model, const Bod
   result.name = model.name;
   result.solved = true;
   result.T_camera_body = cues.solution.T_camera_ct;
-  result.similarity = cues.evidence.similarity;
-  result.inlier_fraction = cues.evidence.inlier_fraction;
+  result.similarity = cues.solution.sums.similarity;
+  result.inlier_fraction = cues.solution.sums.inlier_fraction;
   result.centre_ct_mm = views.centreCt();
-  result.covariance = covarianceOf(cues.solution.sums, finestSpan(options.similarity));
+  result.covariance = covarianceOf(cues.solution.sums, 1);
   result.reason = reasonToRefuse(views, model, cues, options, result);
   result.accepted = result.reason.empty();
   return result;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "registration/body_evidence.h"
+#include "registration/cold_start.h"
 #include "registration/device_views.h"
 #include "registration/solution.h"
 #include "xray_registration/registration/body.h"
@@ -12,7 +12,7 @@ namespace xray_registration {
 struct BodyCues {
   Solution solution;
   RigidTransform T_camera_ct = RigidTransform::Identity();  ///< Of the rest.
-  BodyEvidence evidence;
+  Rival rival;
   int exceeded_steps = 0;
 };
 

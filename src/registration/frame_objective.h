@@ -19,10 +19,11 @@ class FrameObjective {
   /// All must outlive the objective.
   FrameObjective(Engine* engine, DeviceViews* views, const RegistrarOptions& options, StepBudget* budget)
       : engine_(engine), views_(views), options_(options), budget_(budget) {}
+  virtual ~FrameObjective() = default;
 
   /// Objective and normal equations for many poses in one launch a view; empty when the budget is used up.
-  std::vector<StepSums> evaluate(const Stage& stage, double robust_scale2,
-                                 const std::vector<RigidTransform>& T_camera_ct);
+  virtual std::vector<StepSums> evaluate(const Stage& stage, double robust_scale2,
+                                         const std::vector<RigidTransform>& T_camera_ct);
 
   /// Runs one stage from where the solution stands, with its robust scale. False when nothing is left of the budget:
   /// the solution then stays where it is, unconverged.
@@ -40,6 +41,10 @@ class FrameObjective {
   DeviceViews& views() { return *views_; }
   const RegistrarOptions& options() const { return options_; }
   bool exceeded() const { return budget_->exceeded(); }
+
+ protected:
+  Engine* engine() { return engine_; }
+  bool drawStep() { return budget_->draw(); }
 
  private:
   std::vector<StepSums> evaluateView(const DeviceViews::View& view, const Stage& stage, double robust_scale2,

@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "registration/body_evidence.h"
-#include "registration/body_judgement.h"
-#include "registration/cold_start.h"
-#include "registration/tracked_frame.h"
+#include "registration/body_search.h"
 
 namespace xray_registration {
 namespace {
 
 /// Steps of the rest among its bodies, on the finest level: it is nearly there.
 constexpr int kRestSteps = 4;
-/// Of a body that is solved once more.
-constexpr int kAgainSteps = 4;
 /// How far a tracked body may be from its prediction, mm at its border.
 constexpr double kTrackedMarginMm = 6.0;
 /// Around a body where the whole CT is judged without it: it may have moved a little more.
@@ -35,8 +30,6 @@ std::vector<Eigen::Vector3d> cornersOf(const VolumeGrid& grid) {
 RegistrarOptions optionsFor(const BodyModel& model, RegistrarOptions options) {
   options.search_rotation_rad = model.max_rotation_rad;
   options.search_translation_mm = model.max_translation_mm;
-  // What goes on beyond a cut face is the rest's business.
-  options.truncation_weights = false;
   return options;
 }
 
@@ -62,7 +55,7 @@ MovingBodies::MovingBodies(Engine* whole, const AttenuationVolume& rest, const s
 void MovingBodies::forget() {
   for (Body& body : bodies_) {
     body.T_ct_body.setIdentity();
-    body.found.reset();
+    body.found = false;
   }
 }
 
@@ -93,18 +86,25 @@ DeviceViews* MovingBodies::viewsOfRest(const DeviceViews& whole, const RigidTran
   return rest_views_.get();
 }
 
-Solution MovingBodies::solve(Body* body, const BodyStart& start, const RigidTransform& T_camera_start,
-                             const RegistrarOptions& options, StepBudget* budget) {
-  const double radius_mm = body->engine->volume().radiusMm();
-  const bool tracked = start.tracking && body->found;
-  const double reach_mm =
-      tracked ? kTrackedMarginMm : body->model.max_translation_mm + radius_mm * body->model.max_rotation_rad;
+void MovingBodies::look(const DeviceViews& views, Body* body, const RigidTransform& T_camera_start, double reach_mm,
+                        const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_body) {
+  body->views->shareFrom(views);
   body->views->limitTo(body->corners_ct_mm, T_camera_start, reach_mm + kWindowMarginMm);
-  FrameObjective objective(body->engine.get(), body->views.get(), options, budget);
-  if (tracked) return trackFrame(&objective, *body->found, T_camera_start);
-  const ColdStartResult cold = startCold(&objective, T_camera_start);
-  body->found = cold.found;
-  return cold.solution;
+  body->views->surroundBy(around(body, T_camera_ct, T_ct_body));
+}
+
+BodyCues MovingBodies::solve(Body* body, const BodyStart& start, const RigidTransform& T_camera_ct,
+                             BodyObjective* objective) {
+  BodyCues cues;
+  const RigidTransform T_camera_start = T_camera_ct * start.T_ct_body;
+  if (start.tracking && body->found) {
+    cues.solution = trackBody(objective, T_camera_start);
+  } else {
+    const BodySolution found = searchBody(objective, T_camera_ct, T_camera_start);
+    cues.solution = found.solution;
+    cues.rival = found.rival;
+  }
+  return cues;
 }
 
 void MovingBodies::refineRest(const DeviceViews& views, const std::vector<RigidTransform>& T_ct_body,
@@ -122,48 +122,46 @@ std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const
   std::vector<RigidTransform> T_ct_body;
   bool cold = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    T_ct_body.push_back(i < starts.size() ? starts[i].T_ct_body : RigidTransform::Identity());
-    cold |= !(i < starts.size() && starts[i].tracking && bodies_[i].found);
+    T_ct_body.push_back(starts.at(i).T_ct_body);
+    cold |= !(starts[i].tracking && bodies_[i].found);
   }
-  std::vector<BodyResult> results(bodies_.size());
-  const int sweeps = cold ? 2 : 1;
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
+  std::vector<BodyCues> cues(bodies_.size());
+  std::vector<StepBudget> budgets(bodies_.size(), StepBudget(options.max_steps_per_frame));
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Body& body = bodies_[i];
+    const RegistrarOptions own = optionsFor(body.model, options);
+    const bool tracked = starts[i].tracking && body.found;
+    const double reach_mm = tracked ? kTrackedMarginMm
+                                    : body.model.max_translation_mm +
+                                          body.engine->volume().radiusMm() * body.model.max_rotation_rad;
+    look(views, &body, rest->T_camera_ct * (tracked ? T_ct_body[i] : RigidTransform::Identity()), reach_mm,
+         rest->T_camera_ct, T_ct_body);
+    BodyObjective objective(body.engine.get(), body.views.get(), own, &budgets[i]);
+    cues[i] = solve(&body, starts[i], rest->T_camera_ct, &objective);
+    if (!cues[i].solution.failed) T_ct_body[i] = rest->T_camera_ct.inverse() * cues[i].solution.T_camera_ct;
+  }
+  if (cold) {
+    refineRest(views, T_ct_body, options, rest);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       Body& body = bodies_[i];
-      StepBudget budget(options.max_steps_per_frame);
+      if (cues[i].solution.failed) continue;
       const RegistrarOptions own = optionsFor(body.model, options);
-      body.views->shareFrom(views);
-      const RigidTransform T_camera_start = rest->T_camera_ct * T_ct_body[i];
-      const BodyStart start = i < starts.size() ? starts[i] : BodyStart();
-      if (sweep == 0) {
-        body.views->surroundBy(around(&body, rest->T_camera_ct, T_ct_body));
-      }
-      Solution solution;
-      if (sweep == 0) {
-        solution = solve(&body, start, T_camera_start, own, &budget);
-      } else {
-        body.views->limitTo(body.corners_ct_mm, T_camera_start, kTrackedMarginMm + kWindowMarginMm);
-        body.views->surroundBy(around(&body, rest->T_camera_ct, T_ct_body));
-        FrameObjective objective(body.engine.get(), body.views.get(), own, &budget);
-        solution.T_camera_ct = T_camera_start;
-        solution.robust_scale2 = body.found->robust_scale2;
-        objective.solve(stageOn(0, kAgainSteps, own.similarity), &solution);
-      }
-      BodyCues cues;
-      cues.solution = solution;
-      cues.T_camera_ct = rest->T_camera_ct;
-      cues.evidence = evidenceFor(body.engine.get(), body.views.get(), solution.T_camera_ct, {0, 2, 1});
-      cues.exceeded_steps = budget.exceeded() ? budget.allowed() : 0;
-      const int before = results[i].iterations;
-      results[i] = judgeBody(*body.views, body.model, cues, own);
-      results[i].iterations = before + budget.used();
-      if (!solution.failed && results[i].solved) T_ct_body[i] = rest->T_camera_ct.inverse() * solution.T_camera_ct;
+      look(views, &body, cues[i].solution.T_camera_ct, kTrackedMarginMm, rest->T_camera_ct, T_ct_body);
+      BodyObjective objective(body.engine.get(), body.views.get(), own, &budgets[i]);
+      const Solution refined = refineBody(&objective, cues[i].solution.T_camera_ct);
+      if (!refined.failed) cues[i].solution = refined;
+      T_ct_body[i] = rest->T_camera_ct.inverse() * cues[i].solution.T_camera_ct;
     }
-    if (cold && sweep + 1 < sweeps) refineRest(views, T_ct_body, options, rest);
   }
+  std::vector<BodyResult> results;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (results[i].accepted) bodies_[i].T_ct_body = T_ct_body[i];
-    if (!results[i].accepted) bodies_[i].found.reset();
+    Body& body = bodies_[i];
+    cues[i].T_camera_ct = rest->T_camera_ct;
+    cues[i].exceeded_steps = budgets[i].exceeded() ? budgets[i].allowed() : 0;
+    results.push_back(judgeBody(*body.views, body.model, cues[i], options));
+    results.back().iterations = budgets[i].used();
+    body.found = results.back().accepted;
+    if (body.found) body.T_ct_body = T_ct_body[i];
   }
   return results;
 }

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "registration/device_views.h"
-#include "registration/frame_objective.h"
+#include "registration/body_judgement.h"
+#include "registration/body_objective.h"
 #include "registration/solution.h"
 #include "xray_registration/registration/body.h"
 #include "xray_registration/registration/registrar.h"
@@ -42,13 +43,15 @@ class MovingBodies {
     std::unique_ptr<DeviceViews> views;
     std::vector<Eigen::Vector3d> corners_ct_mm;
     RigidTransform T_ct_body = RigidTransform::Identity();  ///< As last seen; the identity before.
-    std::optional<ColdStart> found;                         ///< Of the body's own cold start.
+    bool found = false;                                     ///< By a cold start that was accepted.
   };
 
   std::vector<Surrounding> around(const Body* body, const RigidTransform& T_camera_ct,
                                   const std::vector<RigidTransform>& T_ct_body) const;
-  Solution solve(Body* body, const BodyStart& start, const RigidTransform& T_camera_start,
-                 const RegistrarOptions& options, StepBudget* budget);
+  BodyCues solve(Body* body, const BodyStart& start, const RigidTransform& T_camera_ct, BodyObjective* objective);
+  /// Looks at the frame for the body, so far around where it is expected.
+  void look(const DeviceViews& views, Body* body, const RigidTransform& T_camera_start, double reach_mm,
+            const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_body);
   void refineRest(const DeviceViews& views, const std::vector<RigidTransform>& T_ct_body,
                   const RegistrarOptions& options, Solution* rest);
 

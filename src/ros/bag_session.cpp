@@ -77,6 +77,7 @@ struct ViewIndex {
   std::vector<ImageEntry> images;
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> camera_infos;
   std::map<ros::Time, RigidTransform> poses;
+  std::map<ros::Time, std::map<std::string, RigidTransform>> body_poses;
 };
 
 /// The images in the order of their stamps, the first of each stamp alone: a bag that was merged, or recorded from two
@@ -140,7 +141,7 @@ struct BagSession::Implementation {
   std::vector<FrameIndex> frames;
 
   void chooseViews(const std::vector<std::string>& wanted, const std::map<std::string, std::string>& topics);
-  void indexView(std::size_t view, const Logger& logger);
+  void indexView(std::size_t view, const std::map<std::string, std::string>& topics, const Logger& logger);
   void readRelativePoses();
 };
 
@@ -164,13 +165,18 @@ void BagSession::Implementation::chooseViews(const std::vector<std::string>& wan
   }
 }
 
-void BagSession::Implementation::indexView(std::size_t number, const Logger& logger) {
+void BagSession::Implementation::indexView(std::size_t number, const std::map<std::string, std::string>& topics,
+                                           const Logger& logger) {
   BagView& view = views[number];
   ViewIndex& index = indices[number];
   const std::string info_topic = topicOf(view.name, "camera_info");
   const std::string pose_topic = topicOf(view.name, "ground_truth");
-  queries.push_back(std::make_unique<rosbag::View>(
-      *bag, rosbag::TopicQuery(std::vector<std::string>{topicOf(view.name, "image_raw"), info_topic, pose_topic})));
+  const std::string body_topics = pose_topic + "/";
+  std::vector<std::string> wanted = {topicOf(view.name, "image_raw"), info_topic, pose_topic};
+  for (const auto& [topic, type] : topics) {
+    if (topic.compare(0, body_topics.size(), body_topics) == 0) wanted.push_back(topic);
+  }
+  queries.push_back(std::make_unique<rosbag::View>(*bag, rosbag::TopicQuery(wanted)));
   for (const rosbag::MessageInstance& message : *queries.back()) {
     if (const auto image = message.instantiate<sensor_msgs::Image>()) {
       index.images.push_back({image->header.stamp, message});
@@ -178,7 +184,13 @@ void BagSession::Implementation::indexView(std::size_t number, const Logger& log
     } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
       index.camera_infos[info->header.stamp] = info;
     } else if (const auto pose = message.instantiate<geometry_msgs::PoseStamped>()) {
-      index.poses[pose->header.stamp] = fromPose(pose->pose, pose_topic);
+      const std::string& topic = message.getTopic();
+      const RigidTransform T = fromPose(pose->pose, topic);
+      if (topic == pose_topic) {
+        index.poses[pose->header.stamp] = T;
+      } else {
+        index.body_poses[pose->header.stamp][topic.substr(body_topics.size())] = T;
+      }
     } else {
       log(logger, LogLevel::kWarning,
           path + ": " + message.getTopic() + " has type " + message.getDataType() +
@@ -225,9 +237,10 @@ BagSession::BagSession(const std::string& path, const BagSessionOptions& options
   self.path = path;
   self.bag = openBag(path);
   try {
-    self.chooseViews(options.views, topicsOf(*self.bag));
+    const std::map<std::string, std::string> topics = topicsOf(*self.bag);
+    self.chooseViews(options.views, topics);
     self.indices.resize(self.views.size());
-    for (std::size_t i = 0; i < self.views.size(); ++i) self.indexView(i, logger);
+    for (std::size_t i = 0; i < self.views.size(); ++i) self.indexView(i, topics, logger);
     self.readRelativePoses();
   } catch (const BagSessionError&) {
     throw;
@@ -262,6 +275,12 @@ BagFrame BagSession::frame(std::size_t index) const {
     frame.received = std::max(frame.received, image.message.getTime());
     const auto info = self.indices[i].camera_infos.find(image.stamp);
     if (info != self.indices[i].camera_infos.end()) view.camera_info = info->second;
+    const auto bodies = self.indices[i].body_poses.find(image.stamp);
+    if (bodies != self.indices[i].body_poses.end()) {
+      for (const auto& [name, T_camera_body] : bodies->second) {
+        frame.T_first_bodies_true.emplace(name, self.views[i].T_view_first.inverse() * T_camera_body);
+      }
+    }
     const auto pose = self.indices[i].poses.find(image.stamp);
     if (pose == self.indices[i].poses.end()) continue;
     view.T_camera_ct_true = pose->second;

@@ -31,6 +31,8 @@ struct Arguments {
   int trials = 100;
   double rotation_deg = 6.0;
   double translation_mm = 10.0;
+  double body_rotation_deg = 0.0;
+  double body_translation_mm = 0.0;
   std::uint64_t seed = 1;
   double target_size_mm = 100.0;
   std::vector<std::string> wrong;
@@ -40,8 +42,7 @@ struct Arguments {
 };
 
 void addOptions(CLI::App* app, Arguments* arguments) {
-  app->add_option("--ct", arguments->ct, "CT: NIfTI, NRRD or MetaImage file, or a DICOM folder")
-      ->required()
+  app->add_option("--ct", arguments->ct, "CT: NIfTI, NRRD or MetaImage file, or a DICOM folder; not needed when every body has its own")
       ->check(CLI::ExistingPath);
   app->add_option("--bag", arguments->bag, "session with /<view>/image_raw, camera_info and ground_truth")
       ->required()
@@ -57,6 +58,14 @@ void addOptions(CLI::App* app, Arguments* arguments) {
       ->check(CLI::Range(0.0, 180.0))
       ->capture_default_str();
   app->add_option("--translation", arguments->translation_mm, "largest component of a start's shift, mm")
+      ->check(CLI::Range(0.0, 10000.0))
+      ->capture_default_str();
+  app->add_option("--body-rotation", arguments->body_rotation_deg,
+                  "the same of each body against the CT's start, degrees")
+      ->check(CLI::Range(0.0, 180.0))
+      ->capture_default_str();
+  app->add_option("--body-translation", arguments->body_translation_mm,
+                  "the same of each body against the CT's start, mm")
       ->check(CLI::Range(0.0, 10000.0))
       ->capture_default_str();
   app->add_option("--seed", arguments->seed, "the same seed gives the same starts")->capture_default_str();
@@ -112,6 +121,7 @@ EvaluationRun describe(const Arguments& arguments, const NodeParameters& paramet
   run.reference = arguments.reference;
   run.options.trials = arguments.trials;
   run.options.range = {arguments.rotation_deg * kRadPerDeg, arguments.translation_mm};
+  run.options.body_range = {arguments.body_rotation_deg * kRadPerDeg, arguments.body_translation_mm};
   run.options.seed = arguments.seed;
   run.options.target_size_mm = arguments.target_size_mm;
   run.wrong = wrongInputs(arguments.wrong);
@@ -121,6 +131,11 @@ EvaluationRun describe(const Arguments& arguments, const NodeParameters& paramet
 double loadCt(RegistrationPipeline* pipeline, const Arguments& arguments, const NodeParameters& parameters,
               const std::vector<WrongInput>& wrong, const Logger& logger) {
   pipeline->openDevice();
+  if (!parameters.needsCt() && arguments.ct.empty()) {
+    const Stopwatch watch;
+    pipeline->loadBodies();
+    return watch.milliseconds();
+  }
   Volume ct = readVolume(arguments.ct, parameters.ct.read, logger);
   tellWrong(wrong, &ct);
   const Stopwatch watch;
@@ -157,6 +172,9 @@ void evaluate(const Arguments& arguments) {
   if (!arguments.json.empty()) requireWritableParent(arguments.json, "--json");
   if (!arguments.plot.empty()) requireWritableParent(arguments.plot, "--plot");
   NodeParameters parameters = parametersOf(arguments, logger);
+  if (arguments.ct.empty() && parameters.needsCt()) {
+    throw ArgumentError("--ct is required, unless every body of the configuration has its own ct or mesh");
+  }
   const auto session = openSession(arguments, &parameters, logger);
   EvaluationRun run = describe(arguments, parameters);
 
@@ -164,7 +182,7 @@ void evaluate(const Arguments& arguments) {
   run.ct_upload_ms = loadCt(&pipeline, arguments, parameters, run.wrong, logger);
   run.device = pipeline.deviceName();
   run.ct = pipeline.ctName();
-  const Eigen::Vector3d centre_ct_mm = pipeline.ct()->grid.centreCt();
+  const Eigen::Vector3d centre_ct_mm = pipeline.ct() ? pipeline.ct()->grid.centreCt() : pipeline.centreCt();
   pipeline.dropCt();
 
   const std::vector<EvaluationFrame> frames = loadFrames(*session, run, parameters, logger);

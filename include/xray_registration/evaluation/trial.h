@@ -1,9 +1,18 @@
 #pragma once
 
+#include <vector>
+
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/registration/registrar.h"
 
 namespace xray_registration {
+
+/// What became of a body that moves on its own; errors are those of targets about its own centre.
+struct BodyTrial {
+  BodyResult result;
+  PoseError start;
+  PoseError final;
+};
 
 /// One registration whose truth is known.
 struct Trial {
@@ -13,6 +22,7 @@ struct Trial {
   PoseError start;
   PoseError final;
   RegistrationResult result;  ///< Its pose is the start where nothing was found.
+  std::vector<BodyTrial> bodies;  ///< Those whose truth is known.
   double prepare_ms = 0.0;    ///< From the images in memory: linearised, undistorted, masked.
   double solve_ms = 0.0;      ///< Wall clock of the registration, uploads of images and verdict included.
 };

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "xray_registration/evaluation/random_starts.h"
@@ -16,14 +18,19 @@ struct EvaluationFrame {
   double stamp_s = 0.0;
   std::vector<RawView> views;
   RigidTransform T_camera_ct_true = RigidTransform::Identity();  ///< First view's camera.
+  std::map<std::string, RigidTransform> T_camera_bodies_true;     ///< By name.
 };
 
 struct TrialOptions {
   int trials = 100;
   StartRange range;
+  StartRange body_range;  ///< Of each body against the CT's start.
   std::uint64_t seed = 1;
   double target_size_mm = 100.0;
 };
+
+/// Side of the cube of targets about a body's centre, mm.
+constexpr double kBodyTargetSizeMm = 40.0;
 
 /// Called after each trial with how many are done and how many there will be.
 using Progress = std::function<void(int done, int all)>;
@@ -32,8 +39,10 @@ using Progress = std::function<void(int done, int all)>;
 /// that it found.
 /// @param disturbance  Start against truth, about `centre_ct_mm` in camera axes.
 /// @throws DeviceError when the pipeline's state is FAULT afterwards.
+/// @param T_camera_bodies  Where bodies start, by name; those that are not in it start with the CT.
 Trial runTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, const Twist& disturbance,
-               const Eigen::Vector3d& centre_ct_mm, double target_size_mm);
+               const Eigen::Vector3d& centre_ct_mm, double target_size_mm,
+               const RegistrationPipeline::BodyPoses& T_camera_bodies = {});
 
 /// Registers from random starts; trial i takes frame i modulo their number. `centre_ct_mm` is where starts are turned
 /// about and where the targets' cube stands. One registration from the truth warms the device up beforehand, untimed.

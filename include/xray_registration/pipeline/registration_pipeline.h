@@ -16,6 +16,13 @@ namespace xray_registration {
 
 class Engine;
 
+/// A body that is followed, as configured and as it is on the device.
+struct FollowedBodyInfo {
+  std::string name;
+  bool cut_from_ct = false;  ///< Moves in the CT, whose frame it has; otherwise it has a frame of its own.
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+};
+
 /// What became of a frame.
 struct FrameOutcome {
   RegistrationResult result;  ///< Always has a reason when it is not accepted.
@@ -95,6 +102,8 @@ class RegistrationPipeline {
   /// Stamp of the last accepted frame since the pose was set; what `T_camera_now_camera_last` refers to.
   std::optional<double> lastAcceptedStamp() const { return body_.last_accepted_s; }
   Eigen::Vector3d centreCt() const { return body_.centre_ct_mm; }
+  /// The bodies of the list `bodies`, once they are loaded; the order is that of the results.
+  std::vector<FollowedBodyInfo> followedBodies() const;
   const std::string& deviceName() const { return device_.deviceName(); }
   /// The engine of the fast method with the present CT on it, for who asks more than poses of it. Null without a CT or
   /// with another method; gone with the next CT, tuning, or failure of the device.

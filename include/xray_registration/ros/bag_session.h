@@ -5,6 +5,7 @@
 #include <sensor_msgs/Image.h>
 
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -22,7 +23,8 @@ class BagSessionError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One X-ray camera of a session: topics /<name>/image_raw, /<name>/camera_info and, if known, /<name>/ground_truth.
+/// One X-ray camera of a session: topics /<name>/image_raw, /<name>/camera_info and, if known, /<name>/ground_truth
+/// and /<name>/ground_truth/<body>.
 struct BagView {
   std::string name;                                          ///< Empty for topics without a prefix.
   std::string frame_id;                                      ///< Its X-ray optical frame, from the images' headers.
@@ -43,6 +45,8 @@ struct BagFrame {
 
   /// The CT in the first view's camera, from that view's ground truth or carried over from another's.
   std::optional<RigidTransform> T_first_ct_true;
+  /// The same of bodies that move on their own, by name (/<view>/ground_truth/<body>).
+  std::map<std::string, RigidTransform> T_first_bodies_true;
 };
 
 struct BagSessionOptions {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "tools/common/json_files.h"
+#include "xray_registration/evaluation/body_statistics.h"
 #include "xray_registration/geometry/angles.h"
 
 namespace xray_registration::tools {
@@ -31,6 +32,21 @@ json covarianceOf(const RegistrationResult& result) {
   return numbers;
 }
 
+json toJson(const std::vector<BodyTrial>& bodies) {
+  json made = json::object();
+  for (const BodyTrial& body : bodies) {
+    made[body.result.name] = {{"final_mtre", body.final.mtre_mm},
+                              {"final_inplane", body.final.inplane_mm},
+                              {"accepted", body.result.accepted},
+                              {"reason", body.result.reason},
+                              {"similarity", body.result.similarity},
+                              {"inlier_fraction", body.result.inlier_fraction},
+                              {"depth_sigma_mm", std::sqrt(std::max(body.result.covariance(2, 2), 0.0))},
+                              {"T_camera_ct", toJson(body.result.T_camera_body)}};
+  }
+  return made;
+}
+
 json toJson(const Trial& trial, const SuccessCriteria& criteria) {
   const RegistrationResult& result = trial.result;
   return {{"frame", trial.frame},
@@ -46,6 +62,7 @@ json toJson(const Trial& trial, const SuccessCriteria& criteria) {
           {"accepted", result.accepted},
           {"reason", result.reason},
           {"suspicions", toJson(result.suspicions)},
+          {"bodies", toJson(trial.bodies)},
           {"depth_sigma_mm", std::sqrt(std::max(result.covariance(2, 2), 0.0))},
           {"covariance", covarianceOf(result)},
           {"cause", causeOf(result.reason)},
@@ -69,6 +86,35 @@ std::map<std::string, int> causes(const std::vector<Trial>& trials) {
     if (!trial.result.accepted) ++counted[causeOf(trial.result.reason)];
   }
   return counted;
+}
+
+/// Of bodies, the name left out.
+std::map<std::string, int> bodyCauses(const std::vector<Trial>& trials) {
+  std::map<std::string, int> counted;
+  for (const Trial& trial : trials) {
+    for (const BodyTrial& body : trial.bodies) {
+      if (body.result.accepted) continue;
+      std::string reason = body.result.reason;
+      const std::size_t name = reason.find(body.result.name);
+      if (name != std::string::npos) reason.replace(name, body.result.name.size(), "a body");
+      ++counted[causeOf(reason)];
+    }
+  }
+  return counted;
+}
+
+json bodiesSummary(const std::vector<Trial>& trials, std::size_t views) {
+  json made = json::object();
+  for (const BodyStatistics& body : bodyStatisticsOf(trials, views)) {
+    made[body.name] = {{"trials", body.trials},
+                       {"successes", body.successes},
+                       {"accepted", body.accepted},
+                       {"false_acceptances", body.false_acceptances},
+                       {"false_refusals", body.false_refusals},
+                       {"mtre", toJson(body.mtre_mm)},
+                       {"inplane", toJson(body.inplane_mm)}};
+  }
+  return made;
 }
 
 json toJson(const SuccessCriteria& criteria) {
@@ -118,6 +164,7 @@ json summary(const EvaluationRun& run, const std::vector<Trial>& trials, const S
                {"solve_ms", toJson(statistics.solve_ms)},
                {"frame_ms", toJson(statistics.frame_ms)},
                {"ct_upload_ms", run.ct_upload_ms},
+               {"bodies", bodiesSummary(trials, run.views.size())},
                {"refused_because", causes(trials)}};
   if (run.reference) {
     made["reference_agreement_mtre"] = run.reference_agreement.mtre_mm;
@@ -183,6 +230,21 @@ void printBins(std::ostream& out, const TrialStatistics& statistics) {
   }
 }
 
+void printBodies(std::ostream& out, const std::vector<Trial>& trials, std::size_t views) {
+  const std::vector<BodyStatistics> bodies = bodyStatisticsOf(trials, views);
+  if (bodies.empty()) return;
+  out << "  body         good   accepted   wrong accepted   good refused   median mTRE   in-plane   p95 mTRE   in-plane\n";
+  for (const BodyStatistics& body : bodies) {
+    const std::string of = "/" + std::to_string(body.trials);
+    out << "  " << std::left << std::setw(10) << body.name << std::right << std::setw(7)
+        << std::to_string(body.successes) + of << std::setw(11) << std::to_string(body.accepted) + of << std::setw(17)
+        << body.false_acceptances << std::setw(15) << body.false_refusals << std::setw(14)
+        << number(body.mtre_mm.median, 3) << std::setw(11) << number(body.inplane_mm.median, 3) << std::setw(11)
+        << number(body.mtre_mm.p95, 3) << std::setw(11) << number(body.inplane_mm.p95, 3) << '\n';
+  }
+  for (const auto& [cause, count] : bodyCauses(trials)) out << "  refused " << count << " times: " << cause << '\n';
+}
+
 }  // namespace
 
 json toJson(const EvaluationRun& run, const std::vector<Trial>& trials, const SuccessCriteria& criteria,
@@ -223,6 +285,7 @@ void printTable(std::ostream& out, const EvaluationRun& run, const std::vector<T
     row(out, "capture range", number(s.capture_range_mm, 0) + " mm");
     printBins(out, s);
   }
+  printBodies(out, trials, run.views.size());
   for (const auto& [cause, count] : causes(trials)) out << "  refused " << count << " times: " << cause << '\n';
 }
 

@@ -23,6 +23,7 @@ std::vector<EvaluationFrame> sessionFrames(const BagSession& session, const Node
     frame.stamp_s = bag_frame.stamp.toSec();
     frame.views = rawViews(session, bag_frame);
     frame.T_camera_ct_true = *bag_frame.T_first_ct_true;
+    frame.T_camera_bodies_true = bag_frame.T_first_bodies_true;
     const std::string problem = maker.make(frame.views).problem;
     if (problem.empty()) {
       frames.push_back(std::move(frame));

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdlib>
+#include "registration/frame_objective.h"
+
+namespace xray_registration {
+
+/// The objective of a body among what surrounds it. In each window of one tile the X-ray is explained by
+/// X = a + b C + c B + noise with C the surroundings, B the body's own line integrals at the pose, and a, b, c ≥ 0 and
+/// the noise's variance the window's own: gain, hardening and what the CT does not know differ from place to place. The
+/// profile likelihood leaves
+///   E(ξ) = −Σ n/2 log(RSS of X on (1, C) / RSS of X on (1, C, B)),
+/// minus the logarithm of the likelihood ratio of body and no body. A plain correlation of X-ray and DRR does not do:
+/// it is high wherever the body is when its surroundings are well known, and weighs windows by their contrast, not by
+/// their noise (docs/design.md has figures).
+class BodyObjective : public FrameObjective {
+ public:
+  using FrameObjective::FrameObjective;
+
+  /// Similarity: √(1 − exp(−2 Λ/n)), Λ the log-likelihood ratio and n the pixels of the body's shadow, which is the
+  /// partial correlation that all windows together have. Inlier fraction: share of the shadow in windows that find the
+  /// body by themselves.
+  std::vector<StepSums> evaluate(const Stage& stage, double robust_scale2,
+                                 const std::vector<RigidTransform>& T_camera_body) override;
+
+ private:
+  StepSums evaluateOne(const Stage& stage, const RigidTransform& T_camera_body);
+};
+
+/// One tile for a window, on every level.
+inline Stage bodyStage(int level, int max_steps) { return {level, getenv("SPAN") ? atoi(getenv("SPAN")) : 1, max_steps}; }
+
+}  // namespace xray_registration
