@@ -16,6 +16,7 @@ function(xray_tool_test name)
 endfunction()
 
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  xray_tool_test(session_bodies)
   xray_tool_test(session_generator)
   xray_tool_test(yaml_files)
   xray_tool_test(motion_table)

@@ -52,7 +52,8 @@ class Line {
   }
 
   void names(const std::string& prefix, const std::vector<std::string>& names) {
-    for (const std::string& name : names) word(prefix + "_" + name);
+    const std::string start = prefix + "_";
+    for (const std::string& name : names) word(start + name);
   }
 
   std::string text() const { return text_.str(); }
