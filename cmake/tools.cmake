@@ -33,7 +33,8 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   set(common ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/common)
   add_library(xray_registration_tools_common STATIC
     ${common}/command_line.cpp ${common}/ct_source.cpp ${common}/disturbance.cpp ${common}/image_files.cpp
-    ${common}/json_files.cpp ${common}/picture.cpp ${common}/progress_bar.cpp ${common}/session_generator.cpp ${common}/trajectory.cpp
+    ${common}/json_files.cpp ${common}/picture.cpp ${common}/progress_bar.cpp ${common}/session_bodies.cpp
+    ${common}/session_generator.cpp ${common}/trajectory.cpp
     ${common}/wrong_option.cpp ${common}/yaml_files.cpp)
   target_link_libraries(xray_registration_tools_common PRIVATE xray_registration_warnings)
   target_include_directories(xray_registration_tools_common PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/src)
@@ -63,7 +64,8 @@ if(XRAY_REGISTRATION_ROS)
             ${calibrate_session_sources})
   target_compile_definitions(calibrate PRIVATE XRAY_CALIBRATE_READS_BAGS)
   xray_tool(compare_poses ROS)
-  xray_tool(register_bag ROS)
+  file(GLOB register_bag_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/register_bag/*.cpp)
+  xray_tool(register_bag ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/register_bag.cpp ${register_bag_sources})
   xray_tool(simulate_session ROS)
   xray_tool(simulator_node ROS)
   xray_tool(demo_monitor ROS)

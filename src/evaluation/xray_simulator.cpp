@@ -93,11 +93,14 @@ XrayCamera split(const XrayCamera& camera, int n) {
 }
 
 /// Share of the beam that reaches each pixel. Intensities are averaged over a pixel, not their logarithms.
-FloatImage transmission(const AttenuationVolume& volume, const RigidTransform& T_camera_ct, const XrayCamera& camera,
-                        const XrayPhysics& physics) {
+FloatImage transmission(const std::vector<PosedVolume>& parts, const XrayCamera& camera, const XrayPhysics& physics) {
   const int n = physics.samples_per_pixel_axis;
   const XrayCamera fine = split(camera, n);
-  const FloatImage integrals = referenceProjection(volume, T_camera_ct, fine);
+  FloatImage integrals(fine.width, fine.height, 0.0F);
+  for (const PosedVolume& part : parts) {
+    const FloatImage of_part = referenceProjection(*part.volume, part.T_camera_volume, fine);
+    for (std::size_t i = 0; i < of_part.pixels.size(); ++i) integrals.pixels[i] += of_part.pixels[i];
+  }
   FloatImage mean(camera.width, camera.height, 0.0F);
   for (int v = 0; v < fine.height; ++v) {
     for (int u = 0; u < fine.width; ++u) {
@@ -193,8 +196,13 @@ double instrumentChordMm(const Instrument& instrument, const Eigen::Vector3d& di
 
 Image<std::uint16_t> simulateXray(const AttenuationVolume& volume, const RigidTransform& T_camera_ct,
                                   const XrayCamera& camera, const XrayPhysics& physics, std::mt19937_64* random) {
+  return simulateXray({{&volume, T_camera_ct}}, camera, physics, random);
+}
+
+Image<std::uint16_t> simulateXray(const std::vector<PosedVolume>& parts, const XrayCamera& camera,
+                                  const XrayPhysics& physics, std::mt19937_64* random) {
   check(camera, physics);
-  FloatImage beam = transmission(volume, T_camera_ct, camera, physics);
+  FloatImage beam = transmission(parts, camera, physics);
   collimate(physics.collimator_radius_px, &beam);
   addScatter(physics, &beam);
 

@@ -346,6 +346,14 @@ struct BagSessionWriter::Implementation {
       throw BagSessionError(path + ": cannot be written: " + error.what());
     }
   }
+
+  void writePose(const std::string& topic, const BagView& view, const ros::Time& stamp, const RigidTransform& pose) {
+    geometry_msgs::PoseStamped message;
+    message.header.stamp = stamp;
+    message.header.frame_id = view.frame_id;
+    message.pose = toPose(pose);
+    write(topic, stamp, message);
+  }
 };
 
 BagSessionWriter::BagSessionWriter(const std::string& path) : implementation_(std::make_unique<Implementation>()) {
@@ -381,11 +389,12 @@ void BagSessionWriter::writeImage(const BagView& view, const sensor_msgs::Image&
 
 void BagSessionWriter::writeGroundTruth(const BagView& view, const ros::Time& stamp,
                                         const RigidTransform& T_camera_ct) {
-  geometry_msgs::PoseStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = view.frame_id;
-  message.pose = toPose(T_camera_ct);
-  implementation_->write(topicOf(view.name, "ground_truth"), stamp, message);
+  implementation_->writePose(topicOf(view.name, "ground_truth"), view, stamp, T_camera_ct);
+}
+
+void BagSessionWriter::writeBodyGroundTruth(const BagView& view, const ros::Time& stamp, const std::string& body,
+                                            const RigidTransform& T_camera_body) {
+  implementation_->writePose(topicOf(view.name, "ground_truth/" + body), view, stamp, T_camera_body);
 }
 
 void BagSessionWriter::close() {

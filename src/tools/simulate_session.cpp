@@ -11,6 +11,7 @@
 #include "tools/common/session_generator.h"
 #include "tools/common/session_messages.h"
 #include "xray_registration/ros/bag_session.h"
+#include "xray_registration/volume/volume_io.h"
 
 namespace {
 
@@ -25,6 +26,9 @@ struct Arguments {
   std::size_t frames = 40;
   double rate_hz = 10.0;
   double first_stamp_s = 1000.0;
+  std::string mask;
+  std::string labels;
+  std::string joint;
   SessionSetup setup;
 };
 
@@ -46,6 +50,26 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--first-stamp", arguments.first_stamp_s, "stamp of the first frame, s")
       ->check(CLI::Range(1.0, 4e9))
       ->capture_default_str();
+}
+
+void addBodyOptions(CLI::App& app, Arguments& arguments) {
+  SessionBodies& bodies = arguments.setup.bodies;
+  auto* labels = app.add_option("--labels", arguments.labels,
+                                "NAME:LABEL,…: bodies that move on their own; truth on /<view>/ground_truth/<NAME>");
+  app.add_option("--mask", arguments.mask, "label image of --ct; a phantom has its own (make_phantom --labels)")
+      ->check(CLI::ExistingFile)
+      ->needs(labels);
+  app.add_option("--body-rotation", bodies.rotation_deg, "largest rotation of a body against the rest, degrees")
+      ->needs(labels)
+      ->capture_default_str();
+  app.add_option("--body-translation", bodies.translation_mm, "largest shift of a body's centre, mm")
+      ->needs(labels)
+      ->capture_default_str();
+  app.add_option("--joint", arguments.joint,
+                 "NAME:DEGREES[:X,Y,Z]: this body swings about the CT's left-right axis through the point (mm, LPS; "
+                 "default: the phantom's joint, or the body's centre), there and back in a period; above zero, what is "
+                 "below the axis goes to the back")
+      ->needs(labels);
 }
 
 void addSetupOptions(CLI::App& app, SessionSetup& setup) {
@@ -93,12 +117,49 @@ nlohmann::json writeFrames(const Arguments& arguments, const SessionGenerator& g
       const auto image = imageMessage(generator.xray(v, i, time_s), views[v].frame_id, stamp);
       bag->writeImage(views[v], image, cameraInfoMessage(generator.camera(), views[v].frame_id, stamp));
       bag->writeGroundTruth(views[v], stamp, T_camera_ct);
-      frame["views"][views[v].name] = {{"T_camera_ct", toJson(T_camera_ct)}};
+      nlohmann::json& view = frame["views"][views[v].name];
+      view = {{"T_camera_ct", toJson(T_camera_ct)}};
+      const auto& bodies = generator.setup().bodies.bodies;
+      for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const RigidTransform T_camera_body = generator.cameraFromBody(v, b, time_s);
+        bag->writeBodyGroundTruth(views[v], stamp, bodies[b].name, T_camera_body);
+        view["bodies"][bodies[b].name] = toJson(T_camera_body);
+      }
     }
     frames.push_back(frame);
     progress.advanceTo(i + 1);
   }
   return frames;
+}
+
+/// A CT, and labels when bodies are named.
+struct LabelledCt {
+  Volume ct;
+  LabelVolume labels;
+};
+
+LabelledCt loadLabelledCt(const Arguments& arguments, SessionBodies* bodies) {
+  const Logger logger = standardErrorLogger("simulate_session", false);
+  if (arguments.labels.empty()) return {loadCt(arguments.ct, logger), {}};
+  if (!arguments.mask.empty()) return {loadCt(arguments.ct, logger), readLabels(arguments.mask, {}, logger)};
+  if (!arguments.ct.path.empty()) throw ArgumentError("--labels: a CT needs --mask, the image that the labels are in");
+  LabelledPhantom phantom = loadLabelledPhantom(arguments.ct);
+  if (bodies->joint && !bodies->joint->pivot_ct_mm) {
+    const auto joint = phantom.joints_ct_mm.find(bodies->joint->body);
+    if (joint != phantom.joints_ct_mm.end()) bodies->joint->pivot_ct_mm = joint->second;
+  }
+  return {std::move(phantom.ct), std::move(phantom.labels)};
+}
+
+nlohmann::json toJsonList(const Eigen::Vector3d& point) { return {point.x(), point.y(), point.z()}; }
+
+void describeBodies(const Arguments& arguments, const SessionGenerator& generator, nlohmann::json* description) {
+  const auto& bodies = generator.setup().bodies.bodies;
+  if (bodies.empty()) return;
+  (*description)["labels"] = arguments.labels;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    (*description)["centres_lps_mm"][bodies[b].name] = toJsonList(generator.bodyCentreCt(b));
+  }
 }
 
 void run(const Arguments& arguments) {
@@ -107,17 +168,19 @@ void run(const Arguments& arguments) {
   if (std::filesystem::path(arguments.output).extension() != ".bag") {
     throw ArgumentError("--output " + arguments.output + ": must end in .bag");
   }
-  const Volume ct = loadCt(arguments.ct, standardErrorLogger("simulate_session", false));
-  const SessionGenerator generator(ct, arguments.setup);
+  SessionSetup setup = arguments.setup;
+  const LabelledCt labelled = loadLabelledCt(arguments, &setup.bodies);
+  const Volume& ct = labelled.ct;
+  const SessionGenerator generator(ct, setup, labelled.labels);
   BagSessionWriter bag(arguments.output);
   const nlohmann::json frames = writeFrames(arguments, generator, &bag);
   bag.close();
-  const Eigen::Vector3d& centre = generator.centreCt();
   nlohmann::json description = {
       {"ct", std::filesystem::path(ct.name).filename().string()},
-      {"centre_lps_mm", {centre.x(), centre.y(), centre.z()}},
+      {"centre_lps_mm", toJsonList(generator.centreCt())},
       {"convention", "T_camera_ct maps CT points (DICOM LPS, mm) into the X-ray optical frame"},
       {"frames", frames}};
+  describeBodies(arguments, generator, &description);
   if (arguments.setup.views.size() > 1) description["T_view0_view1"] = toJson(generator.viewFromFirst(1).inverse());
   writeJson(jsonPath(arguments), description);
 }
@@ -132,8 +195,11 @@ int main(int argc, char** argv) {
       "simulate_session");
   addOptions(app, arguments);
   addSetupOptions(app, arguments.setup);
+  addBodyOptions(app, arguments);
   return runTool(app, argc, argv, [&] {
     arguments.setup.views = parseViews(arguments.views);
+    arguments.setup.bodies.bodies = parseBodies(arguments.labels);
+    if (!arguments.joint.empty()) arguments.setup.bodies.joint = parseJoint(arguments.joint);
     run(arguments);
   });
 }

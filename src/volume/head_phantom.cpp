@@ -15,6 +15,13 @@ constexpr double kFatHu = -80.0;
 constexpr double kCavityHu = -960.0;
 constexpr double kMetalHu = 3000.0;
 
+const Vector3d kCentreCtMm(4.0, -17.0, 52.0);
+
+enum Bone { kNone, kSkull, kMandible, kC2, kC3, kC4, kC5 };
+
+// Between the joints of the jaw, about the phantom's centre.
+const Vector3d kJawAxis(0.0, -2.0, -18.0);
+
 void addSoftTissue(ShapeList* head) {
   head->add({0, 5, 28}, {79, 98, 84}, kFatHu);
   head->add({0, 5, 28}, {76, 95, 81}, kSoftTissueHu);
@@ -80,6 +87,7 @@ void addFace(ShapeList* head) {
 }
 
 void addJawAndTeeth(ShapeList* head) {
+  head->setLabel(kMandible);
   for (const double side : {1.0, -1.0}) {
     const double lean = side > 0 ? 0.0 : 2.0;
     head->addRod({side * 8, -84, -88 + lean}, {side * 42, -36, -78}, 8.5, 950);
@@ -92,14 +100,18 @@ void addJawAndTeeth(ShapeList* head) {
   for (int tooth = -7; tooth <= 7; ++tooth) {
     const double x = 4.6 * tooth;
     const double y = -90 + 0.035 * x * x;
+    head->setLabel(kSkull);
     if (tooth != 4) head->add({x, y, -59}, {2.8, 3.0, 8.5}, tooth == -6 ? kMetalHu : 1900);
+    head->setLabel(kMandible);
     if (tooth != -3 && tooth != 5) head->add({0.95 * x, y + 2, -75}, {2.6, 2.8, 8.0}, 1850);
   }
 }
 
 void addNeck(ShapeList* head) {
+  head->setLabel(kNone);
   head->add({0, -6, -66}, {9, 7, 40}, kCavityHu);  // Airway.
   for (int level = 0; level < 4; ++level) {
+    head->setLabel(kC2 + level);
     const double z = -50 - 15.0 * level;
     const double y = 30 + 1.5 * level;
     head->addBone({0, y, z}, {15.0 + level, 10.5, 7.0}, 1.5, {5.0, 2.0 * level, 0}, 800, 280);
@@ -107,27 +119,41 @@ void addNeck(ShapeList* head) {
     head->addBone({-19, y + 6.5, z + 1}, {7.5, 6, 6}, 1.5, {0, -20, -10});
     head->addRod({0, y + 22, z}, {1.5, y + 36, z - 5}, 3.5, 750);
   }
-  head->addRod({0, 28, -48}, {0, 27, -30}, 5.0, 900);       // Dens.
+  head->setLabel(kC2);
+  head->addRod({0, 28, -48}, {0, 27, -30}, 5.0, 900);  // Dens.
+  head->setLabel(kNone);
   head->addRod({-14, -28, -90}, {15, -30, -88}, 3.0, 600);  // Hyoid.
   head->add({30, 2, -84}, {5, 5, 10}, 170);                 // A calcified carotid on one side.
 }
 
-}  // namespace
-
-Volume headPhantom(double spacing_mm) {
-  const Vector3d centre_ct_mm(4.0, -17.0, 52.0);
-  const VolumeGrid grid = phantomGrid({184, 224, 234}, spacing_mm, centre_ct_mm);
-  ShapeList head(centre_ct_mm);
+ShapeList headShapes() {
+  ShapeList head(kCentreCtMm);
   addSoftTissue(&head);
+  head.setLabel(kSkull);
   addCranium(&head);
   addBase(&head);
   addFace(&head);
   addJawAndTeeth(&head);
   addNeck(&head);
   head.add({68, -48, 55}, {2.5, 2.5, 2.5}, kMetalHu);  // The marker, on the left temple.
-  Volume volume = paintPhantom(grid, head.shapes());
+  return head;
+}
+
+}  // namespace
+
+Volume headPhantom(double spacing_mm) {
+  Volume volume = paintPhantom(phantomGrid({184, 224, 234}, spacing_mm, kCentreCtMm), headShapes().shapes());
   volume.name = "head phantom";
   return volume;
+}
+
+LabelledPhantom labelledHeadPhantom(double spacing_mm) {
+  LabelledPhantom phantom;
+  phantom.ct = headPhantom(spacing_mm);
+  phantom.labels = paintLabels(phantom.ct, headShapes().shapes());
+  phantom.names = {{"skull", kSkull}, {"mandible", kMandible}, {"C2", kC2}, {"C3", kC3}, {"C4", kC4}, {"C5", kC5}};
+  phantom.joints_ct_mm = {{"mandible", kJawAxis + kCentreCtMm}};
+  return phantom;
 }
 
 }  // namespace xray_registration

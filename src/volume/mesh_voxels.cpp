@@ -64,11 +64,11 @@ void checkMesh(const SurfaceMesh& mesh, const std::string& name) {
 void checkSize(const Box& box, const std::string& name) {
   const double longest = box.extent().maxCoeff();
   if (longest < kShortestMm) {
-    refuseValue(name, "its length", std::to_string(longest) + " mm",
+    refuseValue(name, "its length in mm", longest,
                 "a mesh must be in millimetres; if it is in metres, scale it by 1000 and save it again");
   }
   if (longest > kLongestMm) {
-    refuseValue(name, "its length", std::to_string(longest) + " mm",
+    refuseValue(name, "its length in mm", longest,
                 "a mesh must be in millimetres and shorter than 1 m; scale it and save it again");
   }
 }

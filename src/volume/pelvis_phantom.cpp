@@ -11,6 +11,13 @@ constexpr double kMuscleHu = 50.0;
 constexpr double kFatHu = -95.0;
 constexpr double kGasHu = -960.0;
 
+const Vector3d kCentreCtMm(-6.0, 21.0, -310.0);
+
+enum Bone { kNone, kFemurLeft, kFemurRight, kHipLeft, kHipRight, kSacrum, kL5, kL4 };
+
+// Of a femur and its socket, about the phantom's centre.
+Vector3d headOf(double side) { return {side * 92, 6, -22}; }
+
 void addBody(ShapeList* pelvis) {
   // Much longer than the volume: the body goes on beyond both ends.
   pelvis->add({0, 0, 20}, {174, 114, 700}, kFatHu);
@@ -36,6 +43,7 @@ void addGas(ShapeList* pelvis) {
 
 void addSpine(ShapeList* pelvis) {
   for (int level = 0; level < 3; ++level) {
+    pelvis->setLabel(level < 2 ? kL5 + level : kNone);  // The third is nearly all beyond the end.
     const double z = 78 + 33.0 * level;
     const double y = 22 - 3.0 * level;
     pelvis->addBone({0, y, z}, {25.0 - level, 17, 13.5}, 1.8, {-10.0 + 5.0 * level, 2, 0}, 750, 190);
@@ -46,6 +54,7 @@ void addSpine(ShapeList* pelvis) {
     pelvis->addBone({18, y + 29, z - 8}, {7, 8, 11}, 1.8);
     pelvis->addBone({-18, y + 29, z - 7}, {7.5, 8, 11}, 1.8);
   }
+  pelvis->setLabel(kSacrum);
   pelvis->addBone({0, 38, 46}, {50, 19, 20}, 1.8, {-35, 2, 0}, 700, 170);  // Sacrum,
   pelvis->addBone({1, 52, 22}, {40, 13, 18}, 1.8, {-20, 0, 0}, 700, 170);
   pelvis->addBone({2, 60, -3}, {27, 9, 16}, 1.8, {5, 0, 0}, 700, 170);
@@ -60,6 +69,7 @@ void addSpine(ShapeList* pelvis) {
 
 void addHipBone(ShapeList* pelvis, double side) {
   const double size = side > 0 ? 1.0 : 0.96;
+  pelvis->setLabel(side > 0 ? kHipLeft : kHipRight);
   const auto at = [side, size](double x, double y, double z) { return Vector3d(side * size * x, y, size * z); };
   // Iliac wing: thick rim, thin in the middle.
   pelvis->addBone(at(88, 14, 52), size * Vector3d(11, 62, 50), 3.0, {-14, side * 24, side * 34}, 850, 260);
@@ -79,8 +89,9 @@ void addHipBone(ShapeList* pelvis, double side) {
 }
 
 void addFemur(ShapeList* pelvis, double side) {
+  pelvis->setLabel(side > 0 ? kFemurLeft : kFemurRight);
   const double turn = side > 0 ? 0.0 : 5.0;  // The right leg is turned a little further in.
-  const Vector3d head(side * 92, 6, -22);
+  const Vector3d head = headOf(side);
   const Vector3d trochanter(side * 142, 16 + turn, -42);
   const Vector3d shaft(side * 132, 10 + turn, -62);
   const Vector3d below(side * 112, 4 + turn, -330);
@@ -96,12 +107,8 @@ void addFemur(ShapeList* pelvis, double side) {
   pelvis->addPieces(16, 0.5 * (head + trochanter), {24, 9, 11}, 0.0, {1.5, 3.5}, {120, 700});
 }
 
-}  // namespace
-
-Volume pelvisPhantom(double spacing_mm) {
-  const Vector3d centre_ct_mm(-6.0, 21.0, -310.0);
-  const VolumeGrid grid = phantomGrid({360, 240, 260}, spacing_mm, centre_ct_mm);
-  ShapeList pelvis(centre_ct_mm);
+ShapeList pelvisShapes() {
+  ShapeList pelvis(kCentreCtMm);
   addBody(&pelvis);
   addGas(&pelvis);
   addSpine(&pelvis);
@@ -109,13 +116,35 @@ Volume pelvisPhantom(double spacing_mm) {
     addHipBone(&pelvis, side);
     addFemur(&pelvis, side);
   }
+  pelvis.setLabel(kNone);
   pelvis.add({-3, -52, -46}, {3.0, 6, 14}, 60, {20, 0, 0});  // Symphysis.
   pelvis.add({32, 10, -64}, {2.5, 2.5, 2.5}, 1200);          // Phleboliths, on one side only.
   pelvis.add({44, 16, -58}, {2.0, 2.0, 2.0}, 900);
   pelvis.add({-50, -22, 18}, {3.5, 2.5, 9}, 500, {0, 25, 0});  // A calcified vessel.
-  Volume volume = paintPhantom(grid, pelvis.shapes());
+  return pelvis;
+}
+
+}  // namespace
+
+Volume pelvisPhantom(double spacing_mm) {
+  Volume volume = paintPhantom(phantomGrid({360, 240, 260}, spacing_mm, kCentreCtMm), pelvisShapes().shapes());
   volume.name = "pelvis phantom";
   return volume;
+}
+
+LabelledPhantom labelledPelvisPhantom(double spacing_mm) {
+  LabelledPhantom phantom;
+  phantom.ct = pelvisPhantom(spacing_mm);
+  phantom.labels = paintLabels(phantom.ct, pelvisShapes().shapes());
+  phantom.names = {{"femur_left", kFemurLeft},
+                   {"femur_right", kFemurRight},
+                   {"hip_left", kHipLeft},
+                   {"hip_right", kHipRight},
+                   {"sacrum", kSacrum},
+                   {"L5", kL5},
+                   {"L4", kL4}};
+  phantom.joints_ct_mm = {{"femur_left", headOf(1.0) + kCentreCtMm}, {"femur_right", headOf(-1.0) + kCentreCtMm}};
+  return phantom;
 }
 
 }  // namespace xray_registration

@@ -10,6 +10,8 @@ namespace xray_registration {
 namespace {
 
 constexpr double kAirHu = -1000.0;
+// Denser than this is bone; marrow and cavities are not.
+constexpr int kBoneHu = 100;
 
 // An ellipsoid as the unit ball of x -> shape (x - centre).
 struct Ball {
@@ -95,6 +97,19 @@ Volume paintPhantom(const VolumeGrid& grid, const std::vector<PhantomEllipsoid>&
     }
   });
   return volume;
+}
+
+LabelVolume paintLabels(const Volume& painted, const std::vector<PhantomEllipsoid>& shapes) {
+  std::vector<PhantomEllipsoid> marked = shapes;
+  for (PhantomEllipsoid& shape : marked) shape.hu = shape.label;
+  const Volume values = paintPhantom(painted.grid, marked, 1);
+  LabelVolume labels;
+  labels.grid = painted.grid;
+  labels.labels.resize(painted.hu.size());
+  for (std::size_t i = 0; i < painted.hu.size(); ++i) {
+    labels.labels[i] = painted.hu[i] > kBoneHu ? static_cast<std::uint16_t>(std::max<int>(0, values.hu[i])) : 0;
+  }
+  return labels;
 }
 
 Volume whiteCube(int n, double side_mm) {

@@ -18,7 +18,7 @@ void ShapeList::add(const Eigen::Vector3d& centre, const Eigen::Vector3d& semi_a
       (Eigen::AngleAxisd(turn.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(turn.y(), Eigen::Vector3d::UnitY()) *
        Eigen::AngleAxisd(turn.x(), Eigen::Vector3d::UnitX()))
           .toRotationMatrix();
-  shapes_.push_back({centre + shift_mm_, semi_axes, rotation, hu});
+  shapes_.push_back({centre + shift_mm_, semi_axes, rotation, hu, label_});
 }
 
 void ShapeList::addBone(const Eigen::Vector3d& centre, const Eigen::Vector3d& semi_axes, double shell_mm,
@@ -34,7 +34,7 @@ void ShapeList::addRod(const Eigen::Vector3d& from, const Eigen::Vector3d& to, d
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), along).toRotationMatrix();
   // An ellipsoid tapers; a little longer than asked, it is about as thick as asked over most of its length.
   const Eigen::Vector3d semi_axes(0.55 * along.norm(), radius_mm, radius_mm);
-  shapes_.push_back({0.5 * (from + to) + shift_mm_, semi_axes, rotation, hu});
+  shapes_.push_back({0.5 * (from + to) + shift_mm_, semi_axes, rotation, hu, label_});
 }
 
 void ShapeList::addPieces(int count, const Eigen::Vector3d& centre, const Eigen::Vector3d& semi_axes, double inner,

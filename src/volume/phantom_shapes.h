@@ -14,6 +14,9 @@ class ShapeList {
  public:
   explicit ShapeList(const Eigen::Vector3d& shift_mm) : shift_mm_(shift_mm) {}
 
+  /// What is added from here on belongs to the bone with this label; 0 to none.
+  void setLabel(int label) { label_ = label; }
+
   /// `turn_deg`: rotations about x, y and z, applied in this order.
   void add(const Eigen::Vector3d& centre, const Eigen::Vector3d& semi_axes, double hu,
            const Eigen::Vector3d& turn_deg = Eigen::Vector3d::Zero());
@@ -38,6 +41,7 @@ class ShapeList {
 
   Eigen::Vector3d shift_mm_;
   std::vector<PhantomEllipsoid> shapes_;
+  int label_ = 0;
   std::mt19937 random_{20080101U};
 };
 

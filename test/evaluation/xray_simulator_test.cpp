@@ -198,5 +198,25 @@ TEST(XraySimulator, RefusesWhatIsNotPhysics) {
   EXPECT_THROW(simulate({}, physics), std::invalid_argument);
 }
 
+TEST(XraySimulator, PartsAddUp) {
+  // A box in two halves at one place is the box; a half that is moved darkens where it went.
+  AttenuationVolume half = box();
+  for (std::uint16_t& value : half.values) value /= 2;
+  const RigidTransform place = RigidTransform::Identity();
+  std::mt19937_64 random(1);
+  const Image<std::uint16_t> whole = simulate(box(), cleanPhysics());
+  const Image<std::uint16_t> parts = simulateXray({{&half, place}, {&half, place}}, camera(), cleanPhysics(), &random);
+  for (std::size_t i = 0; i < whole.pixels.size(); ++i) ASSERT_NEAR(parts.pixels[i], whole.pixels[i], 1);
+  RigidTransform moved = place;
+  moved.translation().x() = 15.0;
+  const Image<std::uint16_t> apart = simulateXray({{&half, place}, {&half, moved}}, camera(), cleanPhysics(), &random);
+  const int v = 40;
+  for (int u = 0; u < apart.width; ++u) {
+    const double integral =
+        referenceLineIntegral(half, place, camera(), u, v) + referenceLineIntegral(half, moved, camera(), u, v);
+    ASSERT_NEAR(apart.at(u, v), 20000.0 * std::exp(-integral), 0.51) << u;
+  }
+}
+
 }  // namespace
 }  // namespace xray_registration

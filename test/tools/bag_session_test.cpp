@@ -3,6 +3,7 @@
 #include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <std_msgs/String.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -83,6 +84,21 @@ TEST_F(BagSessionTest, ReadsWhatWasWritten) {
   ASSERT_TRUE(frame.T_first_ct_true);
   EXPECT_TRUE(frame.T_first_ct_true->isApprox(somePose(), 1e-9));  // Metres and back.
   EXPECT_THROW(session.frame(1), std::out_of_range);
+}
+
+TEST_F(BagSessionTest, BodiesHaveTheirTruthBelowTheCts) {
+  BagSessionWriter writer(path_);
+  writeFrame(&writer, view("ap"), 10.0, 17);
+  writer.writeBodyGroundTruth(view("ap"), ros::Time(10.0), "T12", somePose());
+  writer.close();
+  rosbag::Bag bag(path_, rosbag::bagmode::Read);
+  rosbag::View truth(bag, rosbag::TopicQuery("/ap/ground_truth/T12"));
+  ASSERT_EQ(truth.size(), 1U);
+  const auto message = truth.begin()->instantiate<geometry_msgs::PoseStamped>();
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->header.frame_id, "ap_xray_optical");
+  EXPECT_EQ(message->header.stamp, ros::Time(10.0));
+  EXPECT_NEAR(message->pose.position.z, 1e-3 * somePose().translation().z(), 1e-12);
 }
 
 TEST_F(BagSessionTest, GroupsViewsByStamp) {

@@ -1,4 +1,5 @@
 // Runs the executables as a user does: exit codes, what they say, and a session there and back.
+#include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -130,6 +131,12 @@ TEST_F(ExecutablesTest, FailuresHaveACodeAndOneClearLine) {
       {"simulate_session --phantom head --frames 0 --output a.bag", 2, "--frames"},
       {"simulate_session --phantom head --views ap --output a.bag", 2, "NAME:DEGREES"},
       {"simulate_session --ct head.nii.gz --size 3 --output a.bag", 2, "image size"},
+      {"simulate_session --ct head.nii.gz --labels C2:3 --output a.bag", 2, "--mask"},
+      {"simulate_session --phantom head --labels C2 --output a.bag", 2, "NAME:LABEL"},
+      {"simulate_session --phantom head --labels C2:99 --output a.bag", 1, "label 99"},
+      {"simulate_session --phantom head --body-rotation 2 --output a.bag", 2, "--labels"},
+      {"simulate_session --phantom head --labels C2:3 --joint C3:20 --output a.bag", 2, "C3"},
+      {"make_phantom --phantom cube --output a.nii --labels b.nii", 2, "no labels"},
       {"compare_poses --ct head.nii.gz --bag session.bag --reference session.bag", 2, "--reference-topic is required"},
       {"compare_poses --ct head.nii.gz --bag session.bag --reference session.bag --reference-topic "
        "/lateral/ground_truth",
@@ -179,6 +186,51 @@ TEST_F(ExecutablesTest, JsonAndBagHoldTheSamePoses) {
     // Through a quaternion in metres and back: rounding alone.
     EXPECT_TRUE(
         rigidFromJson(frame["views"]["lateral"]["T_camera_ct"]).isApprox(*session.frame(i).T_first_ct_true, 1e-9));
+  }
+}
+
+TEST_F(ExecutablesTest, BodiesOfASimulationMoveAndHaveTheirTruth) {
+  const Outcome made =
+      tools().run("make_phantom --phantom head --spacing 3 --output bones.nii.gz --labels labels.nii.gz");
+  ASSERT_EQ(made.code, 0) << made.error;
+  EXPECT_NE(made.out.find("mandible:2\n"), std::string::npos) << made.out;
+  const std::string common =
+      " --labels mandible:2,C4:5 --body-rotation 3 --body-translation 2 --period 4 --views lateral:90 --frames 3 "
+      "--rate 1 --size 64 ";
+  const Outcome done =
+      tools().run("simulate_session --phantom head --spacing 3" + common + "--joint mandible:20 --output bodies.bag");
+  ASSERT_EQ(done.code, 0) << done.error;
+  const auto session = nlohmann::json::parse(contents(tools().path("bodies.json")));
+  rosbag::Bag bag(tools().path("bodies.bag"), rosbag::bagmode::Read);
+  for (const std::string name : {"mandible", "C4"}) {
+    EXPECT_EQ(session["centres_lps_mm"][name].size(), 3U);
+    rosbag::View truth(bag, rosbag::TopicQuery("/lateral/ground_truth/" + name));
+    ASSERT_EQ(truth.size(), 3U) << name;
+    std::size_t frame = 0;
+    for (const rosbag::MessageInstance& message : truth) {
+      const auto& view = session["frames"][frame++]["views"]["lateral"];
+      const RigidTransform T_camera_body = rigidFromJson(view["bodies"][name]);
+      const auto pose = message.instantiate<geometry_msgs::PoseStamped>();
+      ASSERT_TRUE(pose);
+      EXPECT_NEAR(1e3 * pose->pose.position.x, T_camera_body.translation().x(), 1e-6);
+      const double angle = rotationAngleBetween(T_camera_body, rigidFromJson(view["T_camera_ct"]));
+      // The joint is at 0°, 10° and 20°; a body turns by up to 3° besides.
+      const double swing = name == "mandible" ? 10.0 * static_cast<double>(frame - 1) : 0.0;
+      EXPECT_NEAR(angle * 180.0 / M_PI, swing, 3.001) << name << frame;
+      EXPECT_GT(angle, 1e-4) << name << frame;
+    }
+  }
+  // A CT from a file with its mask, and the phantom's joint told, is the same session.
+  const Outcome again = tools().run("simulate_session --ct bones.nii.gz --mask labels.nii.gz" + common +
+                                    "--joint mandible:20:4,-19,34 --output again.bag");
+  ASSERT_EQ(again.code, 0) << again.error;
+  const auto same = nlohmann::json::parse(contents(tools().path("again.json")));
+  for (const std::string name : {"mandible", "C4"}) {
+    const auto pose = [&name](const nlohmann::json& json) {
+      return rigidFromJson(json["frames"][2]["views"]["lateral"]["bodies"][name]);
+    };
+    // NIfTI keeps its numbers in single precision.
+    EXPECT_LT((pose(same).matrix() - pose(session).matrix()).cwiseAbs().maxCoeff(), 1e-2) << name;
   }
 }
 

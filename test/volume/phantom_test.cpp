@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "xray_registration/volume/attenuation.h"
 
@@ -152,6 +153,50 @@ TEST(Phantoms, RefuseSpacingsThatMakeNoSense) {
     EXPECT_THROW(pelvisPhantom(spacing), std::invalid_argument);
   }
 }
+
+void expectBones(const LabelledPhantom& phantom, const Volume& plain, std::size_t bones) {
+  // The CT is the one without labels.
+  EXPECT_EQ(phantom.ct.hu, plain.hu);
+  EXPECT_TRUE(phantom.labels.grid.sameAs(plain.grid));
+  EXPECT_EQ(phantom.names.size(), bones);
+  for (const auto& [name, label] : phantom.names) {
+    std::size_t voxels = 0;
+    double hu = 0.0;
+    for (std::size_t i = 0; i < plain.hu.size(); ++i) {
+      if (phantom.labels.labels[i] != label) continue;
+      ++voxels;
+      hu += plain.hu[i];
+      ASSERT_GT(plain.hu[i], 100) << name;
+    }
+    // No bone is smaller than a cube of 12 mm, and all are denser than soft tissue.
+    EXPECT_GT(static_cast<double>(voxels) * plain.grid.spacing_mm.prod(), 1700.0) << name;
+    EXPECT_GT(hu / static_cast<double>(voxels), 200.0) << name;
+  }
+  for (const auto& [name, point] : phantom.joints_ct_mm) EXPECT_EQ(phantom.names.count(name), 1U) << name;
+}
+
+int labelAt(const LabelledPhantom& phantom, const Eigen::Vector3d& point_ct_mm) {
+  const Eigen::Vector3i i =
+      (phantom.labels.grid.ctFromIndex().inverse() * point_ct_mm).array().round().cast<int>().matrix();
+  const Eigen::Vector3i& n = phantom.labels.grid.size;
+  return phantom.labels.labels[(static_cast<std::size_t>(i.z()) * n.y() + i.y()) * n.x() + i.x()];
+}
+
+TEST(LabelledPhantom, TheBonesOfThePelvis) {
+  const LabelledPhantom phantom = labelledPelvisPhantom(2.5);
+  expectBones(phantom, pelvisPhantom(2.5), 7);
+  for (const char* name : {"femur_left", "femur_right"}) {
+    const Eigen::Vector3d head = phantom.joints_ct_mm.at(name);
+    EXPECT_EQ(labelAt(phantom, head), phantom.names.at(name)) << name;
+    // The patient's left is +x; the joint lies in the socket, whose bone is medial of it.
+    const double side = std::string(name) == "femur_left" ? 1.0 : -1.0;
+    EXPECT_GT(side * (head.x() - phantom.ct.grid.centreCt().x()), 80.0);
+    const Eigen::Vector3d socket = head - Eigen::Vector3d(side * 31.0, 0.0, 0.0);
+    EXPECT_EQ(labelAt(phantom, socket), phantom.names.at(side > 0.0 ? "hip_left" : "hip_right"));
+  }
+}
+
+TEST(LabelledPhantom, TheBonesOfTheHead) { expectBones(labelledHeadPhantom(2.0), headPhantom(2.0), 6); }
 
 }  // namespace
 }  // namespace xray_registration

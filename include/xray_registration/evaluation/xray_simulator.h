@@ -35,11 +35,21 @@ struct XrayPhysics {
   std::vector<Instrument> instruments;
 };
 
+/// A part of what is in the beam, at its place. The volume must outlive its use.
+struct PosedVolume {
+  const AttenuationVolume* volume = nullptr;
+  RigidTransform T_camera_volume = RigidTransform::Identity();
+};
+
 /// A detector image (mono16 transmission) of the CT at a pose: exact projector, Beer-Lambert, scatter, Poisson and
 /// readout noise, gain, saturation. The same generator state gives the same image. Scatter comes from the patient and
 /// so reaches the detector behind the collimator's blades as well.
 /// @throws std::invalid_argument for a camera with a problem or a physical quantity out of range.
 Image<std::uint16_t> simulateXray(const AttenuationVolume& volume, const RigidTransform& T_camera_ct,
                                   const XrayCamera& camera, const XrayPhysics& physics, std::mt19937_64* random);
+
+/// The same of several parts, whose line integrals add.
+Image<std::uint16_t> simulateXray(const std::vector<PosedVolume>& parts, const XrayCamera& camera,
+                                  const XrayPhysics& physics, std::mt19937_64* random);
 
 }  // namespace xray_registration

@@ -105,6 +105,8 @@ class BagSessionWriter {
   void writeViews(const std::vector<BagView>& views, const ros::Time& stamp);
   void writeImage(const BagView& view, const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& camera_info);
   void writeGroundTruth(const BagView& view, const ros::Time& stamp, const RigidTransform& T_camera_ct);
+  void writeBodyGroundTruth(const BagView& view, const ros::Time& stamp, const std::string& body,
+                            const RigidTransform& T_camera_body);
   void close();
 
  private:

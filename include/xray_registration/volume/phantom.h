@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "xray_registration/volume/volume.h"
@@ -12,6 +14,16 @@ struct PhantomEllipsoid {
   Eigen::Vector3d semi_axes_mm;
   Eigen::Matrix3d rotation;  ///< Columns: the semi-axes' directions in the CT frame.
   double hu;
+  int label = 0;  ///< Of the bone that it belongs to; 0 is none.
+};
+
+/// A phantom with its bones apart.
+struct LabelledPhantom {
+  Volume ct;
+  LabelVolume labels;  ///< On the CT's grid; bone voxels alone, as a segmentation has them.
+  std::map<std::string, int> names;
+  /// The point that a bone turns about, CT frame in mm, for those with a joint.
+  std::map<std::string, Eigen::Vector3d> joints_ct_mm;
 };
 
 /// The paper's white cube. The volume has n³ voxels and is side_mm long in each axis at every n, centred in the CT
@@ -31,8 +43,18 @@ Volume headPhantom(double spacing_mm);
 /// @throws std::invalid_argument for a spacing outside 0.2…20 mm.
 Volume pelvisPhantom(double spacing_mm);
 
+/// The same with labels: skull, mandible, C2 … C5.
+LabelledPhantom labelledHeadPhantom(double spacing_mm);
+
+/// The same with labels: femur_left, femur_right, hip_left, hip_right, sacrum, L5, L4.
+LabelledPhantom labelledPelvisPhantom(double spacing_mm);
+
 /// Paints ellipsoids into a grid of air with `supersampling`³ samples per voxel, over all host threads.
 /// @throws std::invalid_argument for an empty grid or a semi-axis that is not positive.
 Volume paintPhantom(const VolumeGrid& grid, const std::vector<PhantomEllipsoid>& shapes, int supersampling = 2);
+
+/// The labels of the ellipsoids at the voxels' centres, where what was painted is denser than soft tissue.
+/// @throws std::invalid_argument as paintPhantom does.
+LabelVolume paintLabels(const Volume& painted, const std::vector<PhantomEllipsoid>& shapes);
 
 }  // namespace xray_registration

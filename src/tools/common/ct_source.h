@@ -3,7 +3,7 @@
 #include <string>
 
 #include "xray_registration/common/log.h"
-#include "xray_registration/volume/volume.h"
+#include "xray_registration/volume/phantom.h"
 
 namespace xray_registration::tools {
 
@@ -13,6 +13,10 @@ struct CtSource {
   std::string phantom;      ///< "head", "pelvis" or "cube".
   double spacing_mm = 1.0;  ///< Of the phantom.
 };
+
+/// A phantom with its bones apart.
+/// @throws ArgumentError as loadCt does, and for the cube, which has no bones.
+LabelledPhantom loadLabelledPhantom(const CtSource& source);
 
 /// @throws ArgumentError for an unknown phantom, a spacing out of range, or when nothing is named.
 /// @throws VolumeError when the CT cannot be read.

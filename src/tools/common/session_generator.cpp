@@ -89,9 +89,10 @@ void SessionSetup::check() const {
   requireRange("scatter fraction", physics.scatter_fraction, 0.0, 10.0);
   requireRange("gain (counts per photon)", physics.gain, 1e-3, 1e4);
   requireRange("collimator radius (px)", physics.collimator_radius_px, 0.0, 10000.0);
+  bodies.check();
 }
 
-SessionGenerator::SessionGenerator(const Volume& ct, SessionSetup setup)
+SessionGenerator::SessionGenerator(const Volume& ct, SessionSetup setup, const LabelVolume& labels)
     : setup_((setup.check(), std::move(setup))),
       volume_(toAttenuation(ct, setup_.attenuation)),
       camera_(cameraOf(setup_)),
@@ -99,6 +100,9 @@ SessionGenerator::SessionGenerator(const Volume& ct, SessionSetup setup)
       trajectory_(setup_.amplitude_mm, setup_.amplitude_deg, setup_.period_s, setup_.seed) {
   for (const auto& view : setup_.views) {
     T_view_ct_at_rest_.push_back(poseAtRest(view, setup_.source_centre_mm, centre_ct_mm_));
+  }
+  if (!setup_.bodies.bodies.empty()) {
+    bodies_.emplace(ct, setup_.attenuation, labels, setup_.bodies, setup_.period_s, setup_.seed);
   }
   if (setup_.instrument) {
     const double half_width_mm = 0.5 * setup_.detector_mm * setup_.source_centre_mm / setup_.source_detector_mm;
@@ -114,12 +118,26 @@ RigidTransform SessionGenerator::cameraFromCt(std::size_t view, double time_s) c
   return T_view_ct_at_rest_.at(view) * trajectory_.motionCt(time_s, centre_ct_mm_);
 }
 
+RigidTransform SessionGenerator::cameraFromBody(std::size_t view, std::size_t body, double time_s) const {
+  return cameraFromCt(view, time_s) * bodies_->motionCt(body, time_s);
+}
+
+std::vector<PosedVolume> SessionGenerator::partsAt(std::size_t view, double time_s) const {
+  const RigidTransform T_camera_ct = cameraFromCt(view, time_s);
+  if (!bodies_) return {{&volume_, T_camera_ct}};
+  std::vector<PosedVolume> parts = {{&bodies_->parts().rest, T_camera_ct}};
+  for (std::size_t i = 0; i < bodies_->parts().bodies.size(); ++i) {
+    parts.push_back({&bodies_->parts().bodies[i], cameraFromBody(view, i, time_s)});
+  }
+  return parts;
+}
+
 Image<std::uint16_t> SessionGenerator::xray(std::size_t view, std::size_t frame, double time_s) const {
   // Any two images get generators that are far apart.
   std::seed_seq seeds{static_cast<std::uint32_t>(setup_.seed), static_cast<std::uint32_t>(setup_.seed >> 32U),
                       static_cast<std::uint32_t>(frame), static_cast<std::uint32_t>(view)};
   std::mt19937_64 random(seeds);
-  return simulateXray(volume_, cameraFromCt(view, time_s), camera_, setup_.physics, &random);
+  return simulateXray(partsAt(view, time_s), camera_, setup_.physics, &random);
 }
 
 }  // namespace xray_registration::tools

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tools/common/session_bodies.h"
 #include "tools/common/trajectory.h"
 #include "xray_registration/evaluation/xray_simulator.h"
 #include "xray_registration/geometry/xray_camera.h"
@@ -35,6 +37,7 @@ struct SessionSetup {
   bool instrument = false;  ///< A rod and a ball of metal that do not move with the patient.
   XrayPhysics physics;
   AttenuationModel attenuation;
+  SessionBodies bodies;  ///< Structures that move on their own; none: the CT is one piece.
 
   /// @throws ArgumentError naming the value that is out of range.
   void check() const;
@@ -43,7 +46,9 @@ struct SessionSetup {
 /// Makes the X-rays and true poses of a session. Thread-safe once made.
 class SessionGenerator {
  public:
-  SessionGenerator(const Volume& ct, SessionSetup setup);
+  /// @param labels  of the setup's bodies; not looked at when there are none.
+  /// @throws VolumeError when a body's label selects nothing.
+  SessionGenerator(const Volume& ct, SessionSetup setup, const LabelVolume& labels = {});
 
   const SessionSetup& setup() const { return setup_; }
   const XrayCamera& camera() const { return camera_; }  ///< The same for all views.
@@ -55,15 +60,22 @@ class SessionGenerator {
   /// True pose of the CT at a time of the motion.
   RigidTransform cameraFromCt(std::size_t view, double time_s) const;
 
+  /// True pose of one of the setup's bodies, and its centre where the CT has it.
+  RigidTransform cameraFromBody(std::size_t view, std::size_t body, double time_s) const;
+  const Eigen::Vector3d& bodyCentreCt(std::size_t body) const { return bodies_->centreCt(body); }
+
   /// X-ray of frame number `frame`, taken at `time_s`; the number alone seeds its noise.
   Image<std::uint16_t> xray(std::size_t view, std::size_t frame, double time_s) const;
 
  private:
+  std::vector<PosedVolume> partsAt(std::size_t view, double time_s) const;
+
   SessionSetup setup_;
   AttenuationVolume volume_;
   XrayCamera camera_;
   Eigen::Vector3d centre_ct_mm_;
   Trajectory trajectory_;
+  std::optional<MovingBodies> bodies_;
   std::vector<RigidTransform> T_view_ct_at_rest_;
 };
 
