@@ -15,7 +15,7 @@ constexpr Eigen::Index kDerivatives = 3;
 constexpr Eigen::Index kBody = 9;
 
 /// Deviations, line integrals: what the X-ray is at least uncertain by, and below which a DRR is flat.
-const double kNoise = getenv("NOISE") ? atof(getenv("NOISE")) : 0.005;
+constexpr double kNoise = 0.005;
 constexpr double kFlat = 0.002;
 /// A window finds the body by itself when its residual's variance falls by a sixth: partial correlation 0.4.
 constexpr double kInlierGain = 0.84;

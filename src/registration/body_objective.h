@@ -1,11 +1,10 @@
 #pragma once
 
-#include <cstdlib>
 #include "registration/frame_objective.h"
 
 namespace xray_registration {
 
-/// The objective of a body among what surrounds it. In each window of one tile the X-ray is explained by
+/// The objective of a body among what surrounds it. In each window the X-ray is explained by
 /// X = a + b C + c B + noise with C the surroundings, B the body's own line integrals at the pose, and a, b, c ≥ 0 and
 /// the noise's variance the window's own: gain, hardening and what the CT does not know differ from place to place. The
 /// profile likelihood leaves
@@ -27,7 +26,7 @@ class BodyObjective : public FrameObjective {
   StepSums evaluateOne(const Stage& stage, const RigidTransform& T_camera_body);
 };
 
-/// One tile for a window, on every level.
-inline Stage bodyStage(int level, int max_steps) { return {level, getenv("SPAN") ? atoi(getenv("SPAN")) : 1, max_steps}; }
+/// Windows of two tiles: small enough for gain and hardening to be one in each, large enough not to fit the noise.
+inline Stage bodyStage(int level, int max_steps) { return {level, 2, max_steps}; }
 
 }  // namespace xray_registration

@@ -11,7 +11,7 @@ enum class Method { kFast, kPaper };
 
 /// Of a body beside the rest (parameters accept/body_…); docs/accuracy.md has the data.
 struct BodyAcceptOptions {
-  double min_similarity = 0.5;  ///< Of what the rest leaves unexplained.
+  double min_similarity = 0.4;  ///< Of what the rest leaves unexplained.
   double min_inlier_fraction = 0.3;
 };
 
