@@ -79,7 +79,8 @@ WRONG = {
 }
 # Session → keys of WRONG. The head from the front is nearly symmetric.
 WRONG_OF = {
-    'head': (HEAD, 'mirrored upside_down quarter half inverted focal centre radial s_shape side size size_2 patient sheared bent pelvis'),
+    'head': (HEAD, 'mirrored upside_down quarter half inverted focal centre radial s_shape side size size_2 patient sheared '
+                   'bent pelvis'),
     'head_ap': (HEAD_AP, 'mirrored side'),
     'head_both': (HEAD_BOTH, 'mirrored mirrored_one exchanged view focal focal_one centre side size patient bent'),
     'pelvis_ap': (PELVIS_AP, 'mirrored half focal centre side patient bent'),
