@@ -70,6 +70,7 @@ WRONG = {
     'exchanged': ('exchanged_views', 'views exchanged'),
     'side': ('mirrored_ct', 'CT mirrored (wrong side)'),
     'size': ('ct_scale:1.03', 'CT 3 % too large'),
+    'size_2': ('ct_scale:1.02', 'CT 2 % too large'),
     'patient': ('ct_scale:1.04,0.96,1.03', 'another patient (CT scaled 1.04, 0.96, 1.03)'),
     'sheared': ('sheared_ct:0.04', 'another patient (CT sheared by 0.04)'),
     'bent': ('bent_ct:4mm', 'another patient (CT bent by up to 4 mm)'),
@@ -78,7 +79,8 @@ WRONG = {
 }
 # Session → keys of WRONG. The head from the front is nearly symmetric.
 WRONG_OF = {
-    'head': (HEAD, 'mirrored upside_down quarter half inverted focal centre radial s_shape side size patient sheared bent pelvis'),
+    'head': (HEAD, 'mirrored upside_down quarter half inverted focal centre radial s_shape side size size_2 patient sheared '
+                   'bent pelvis'),
     'head_ap': (HEAD_AP, 'mirrored side'),
     'head_both': (HEAD_BOTH, 'mirrored mirrored_one exchanged view focal focal_one centre side size patient bent'),
     'pelvis_ap': (PELVIS_AP, 'mirrored half focal centre side patient bent'),

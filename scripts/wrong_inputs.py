@@ -1,4 +1,5 @@
 """What the verdict makes of wrong inputs, as tables of docs/accuracy.md."""
+import math
 import statistics
 
 import documents
@@ -10,6 +11,8 @@ WORDS = {'focal_length': ['focal length'], 'principal_point': ['principal point'
          'mirrored_image': ['mirrored'], 'turned_image': ['turned'], 'inverted_image': ['inverted'],
          'exchanged_views': ['exchanged'], 'mirrored_ct': ['mirrored'], 'other_patient': ['another patient']}
 LIMIT_MM = 1.0
+# What one view takes for depth.
+DEPTH = ('focal', 'size', 'size_2')
 
 
 def is_false(trial, row):
@@ -65,6 +68,24 @@ def left(done):
                       '%d of %d' % (sum(one['certain'] for one in looked), len(looked))])
     return documents.table(['session', 'start, or what is wrong', 'trials that were looked at', 'median', 'largest', 'its σ',
                             'above 6 σ'], lines)
+
+
+def depth(done):
+    """One view hardly tells a focal length or a size from depth: whether the covariance has what it cannot tell."""
+    lines = []
+    for row, report in done:
+        if ',' in row.views or row.wrong not in DEPTH:
+            continue
+        trials = [trial for trial in report['trials'] if documents.number(trial['final_inplane']) <= LIMIT_MM]
+        if not trials:
+            continue
+        errors = [math.sqrt(max(trial['final_mtre'] ** 2 - trial['final_inplane'] ** 2, 0)) for trial in trials]
+        sigmas = [trial['depth_sigma_mm'] for trial in trials]
+        lines.append([row.title, WRONG[row.wrong][1], '%d of %d' % (len(trials), len(report['trials'])),
+                      '%.1f mm' % statistics.median(errors), '%.1f mm' % statistics.median(sigmas),
+                      '%.2f' % max(error / sigma for error, sigma in zip(errors, sigmas))])
+    return documents.table(['session', 'what is wrong', 'in-plane within 1 mm', 'error in depth, median', 'its σ, median',
+                            'largest error / σ'], lines)
 
 
 def share(count, of):

@@ -12,6 +12,8 @@ namespace {
 
 /// As a tracked frame's.
 constexpr double kMaxImagePixels = 100000;
+/// Half, but for where in the body they are measured.
+constexpr double kVoxelsPerPixel = 0.45;
 constexpr int kMotionLevel = 1;
 constexpr int kMotionSpan = 2;
 /// Pieces with less content or correlation say nothing about where they belong.
@@ -50,6 +52,23 @@ int JointFrames::lastLevel() const {
   int last = std::numeric_limits<int>::max();
   for (const auto& frame : frames_) last = std::min(last, frame->lastLevel());
   return last;
+}
+
+int JointFrames::levelOfCt(const JointSetup& setup) const {
+  const double least_mm = kVoxelsPerPixel * engine_->volume().levels().front().spacing_mm;
+  const DeviceViews& views = *frames_.front();
+  int level = 0;
+  const auto fine = [&](std::size_t v) {
+    const double depth_mm = views.depthOf(setup.views[v].T_view_first * setup.T_camera_ct.front());
+    return views.views()[v].level(level).camera.pixelSizeAt(depth_mm) < least_mm;
+  };
+  while (level < lastLevel()) {
+    bool any = false;
+    for (std::size_t v = 0; v < views.size(); ++v) any |= fine(v);
+    if (!any) break;
+    ++level;
+  }
+  return level;
 }
 
 std::vector<SetupEvidence> JointFrames::evaluate(const JointSetup& setup, const Stage& stage,

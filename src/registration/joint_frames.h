@@ -36,6 +36,8 @@ class JointFrames {
 
   std::size_t size() const { return frames_.size(); }
   int lastLevel() const;
+  /// The finest one whose pixels, at the CT, are about half a voxel or larger in every view.
+  int levelOfCt(const JointSetup& setup) const;
   Eigen::Vector3d centreCt() const { return engine_->volume().centreCt(); }
   /// Of the image as it came.
   const XrayCamera& camera(std::size_t view) const { return frames_.front()->views()[view].told; }

@@ -45,13 +45,14 @@ std::string inWords(const std::string& name, const CalibratedView& view, const R
          << view.sigma.centre_px << " px, ";
   }
   if (view.isDetermined("distortion") && found.radial != 0.0) text << "k1 " << found.radial << " more, ";
-  if (T_view_first_told != nullptr && view.isDetermined("view_pose")) {
+  if (T_view_first_told != nullptr) {
     text << "pose turned by " << kDegreesPerRadian * rotationAngleBetween(found.T_view_first, *T_view_first_told)
-         << " ± " << kDegreesPerRadian * view.sigma.rotation_rad << " degrees, ";
+         << " ± " << kDegreesPerRadian * view.sigma.rotation_rad << " degrees, its source ± " << view.sigma.source_mm
+         << " mm, ";
   }
   std::string words = text.str();
   if (!view.undetermined.empty()) {
-    words += "as told since the X-rays do not determine it:";
+    words += "not determined by the X-rays:";
     for (const std::string& what : view.undetermined) words += ' ' + what;
     return words;
   }

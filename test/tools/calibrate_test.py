@@ -198,6 +198,9 @@ class CalibrateTest(tool_case.ToolTest):
             self.check_goals(right, self.recorded(data, ct, bag, '--wrong', 'focal_length:1.02'), 1.02)
             self.check_goals(right, self.recorded(data, ct, bag, '--wrong', 'principal_point:12,0'), 1.0)
             self.check_goals(right, self.recorded(data, ct, bag, '--wrong', 'view_pose:1,2'), 1.0)
+            if 'pelvis' in ct:
+                self.check_sigma(right, self.recorded(data, ct, bag, '--wrong', 'focal_length:1.02', '--wrong',
+                                                      'principal_point:12,0', '--wrong', 'view_pose:1,2'))
 
     def recorded(self, data, ct, bag, *words):
         self.tool('calibrate', '--ct', os.path.join(data, ct), '--bag', os.path.join(data, bag), '--views', 'ap,oblique',
@@ -218,6 +221,17 @@ class CalibrateTest(tool_case.ToolTest):
         turned = math.acos(min(1.0, (sum(a[i][j] * b[i][j] for i in range(3) for j in range(3)) - 1) / 2))
         self.assertLess(math.degrees(turned), 0.05)
         self.assertLess(math.sqrt(sum((a[i][3] - b[i][3]) ** 2 for i in range(3))), 0.45)
+
+    def check_sigma(self, right, found):
+        """All of it wrong at once cannot be told apart with voxels of 2 mm: what is not known is said, and σ covers it."""
+        for name, view in found.items():
+            self.assertIn('principal_point', view['undetermined'])
+            self.assertLess(abs(view['cx'] - right[name]['cx']), 3 * view['centre_sigma_px'])
+            self.assertLess(abs(view['fx'] / right[name]['fx'] - 1), 3 * view['focal_scale_sigma'])
+        a, b = right['oblique']['T_first_view'], found['oblique']['T_first_view']
+        self.assertIn('view_pose', found['oblique']['undetermined'])
+        off = math.sqrt(sum((a[i][3] - b[i][3]) ** 2 for i in range(3)))
+        self.assertLess(off, 3 * found['oblique']['translation_sigma_mm'])
 
     def test_real_grids(self):
         data = os.environ.get('XRAY_REGISTRATION_DATA')

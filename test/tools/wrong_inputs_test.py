@@ -56,6 +56,15 @@ class WrongInputsTest(unittest.TestCase):
         self.assertEqual(wrong_inputs.line(ONE_VIEW, report)[2:],
                          ['1', '4', '2', '1 (≤ 0, **missed**)', '3.00 / 2.00 mm', '1.25 mm', '1 of 2'])
 
+    def test_depth_is_compared_with_its_sigma(self):
+        focal = Row('focal', HEAD, (6, 10), {}, wrong='focal')
+        both = Row('both', PELVIS_BOTH, (6, 10), {}, wrong='focal')
+        trials = [dict(trial(True, 5.0, 0.6), depth_sigma_mm=2.0), dict(trial(False, 13.0, 0.5), depth_sigma_mm=10.0),
+                  dict(trial(True, 90.0, 7.0), depth_sigma_mm=1.0)]
+        lines = wrong_inputs.depth([(focal, {'trials': trials}), (both, {'trials': trials})]).splitlines()
+        self.assertEqual(len(lines), 3, 'several views see depth')
+        self.assertIn('| 2 of 3 | 9.0 mm | 6.0 mm | 2.48 |', lines[2])
+
     def test_rows_have_names_of_their_own_and_what_is_wrong_is_used(self):
         names = [row.name for row in ROWS + WRONG_ROWS]
         self.assertEqual(len(names), len(set(names)))

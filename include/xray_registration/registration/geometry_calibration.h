@@ -32,7 +32,8 @@ struct ResidualMotion {
   double correlation = 0.0;
 };
 
-/// One σ of what was solved for; of what was not freed, as if it were freed as well. Zero for what is not determined.
+/// One σ: of what was solved for, and of what was held, as if it were freed as well. What is not determined counts as
+/// free, so a relative pose that hangs on a principal point has a σ that covers what the X-rays leave of that.
 struct ViewGeometrySigma {
   double focal_scale = 0.0;
   double centre_px = 0.0;  ///< Of the worse axis.
@@ -45,7 +46,8 @@ struct ViewGeometrySigma {
 struct CalibratedView {
   ViewGeometry geometry;
   ViewGeometrySigma sigma;
-  /// What the X-rays do not determine and stays as it was told: focal_length, principal_point, distortion, view_pose.
+  /// What the X-rays do not determine: focal_length, principal_point and distortion stay as they were told. view_pose
+  /// too, unless the X-rays contradict it: then it is the best that goes with what is held, within its σ.
   std::vector<std::string> undetermined;
 
   bool isDetermined(const std::string& what) const;
@@ -80,8 +82,9 @@ struct CalibrationLimits {
 /// further one explains the X-rays better by more than chance, the simplest of those that explain nearly as much;
 /// distortion comes last. What is not freed agrees with what was told and stays there. What is freed or could be, but
 /// has a σ beyond its limit with it, is not determined: it is held at what was told, the rest is solved again, and it
-/// is named. σ is from the gradients of blocks of windows (docs/calibration.md), so it holds noise and a model's errors
-/// inside the images, but not a CT that is wrong as a whole.
+/// is named. A relative pose that the X-rays contradict is found in any case, since it takes up what others imitate. σ
+/// is from the gradients of blocks of windows (docs/calibration.md), so it holds noise and a model's errors inside the
+/// images, but not a CT that is wrong as a whole.
 /// @param engine  With the CT on it.
 /// @param T_camera_ct  One for each frame, as registered with the geometry as told.
 /// @param told  One for each view: no corrections, and the relative poses as told.

@@ -14,13 +14,10 @@
 namespace xray_registration::tools {
 namespace {
 
-/// "1.9960 ± 0.0004", or as told when it could not be determined.
+/// "1.9960 ± 0.0004". What is not determined is held at what was told, and σ is what the X-rays leave open.
 void printRow(const char* name, double told, double found, double sigma, bool determined, const char* unit) {
-  if (determined) {
-    std::printf("  %-28s %12.4f %12.4f ± %-9.2g %s\n", name, told, found, sigma, unit);
-  } else {
-    std::printf("  %-28s %12.4f   not determined, held %s\n", name, told, unit);
-  }
+  std::printf("  %-28s %12.4f %12.4f ± %-9.2g %s%s\n", name, told, found, sigma, unit,
+              determined ? "" : ", not determined: held");
 }
 
 double firstOf(const std::vector<double>& numbers) { return numbers.empty() ? 0.0 : numbers.front(); }
@@ -40,17 +37,14 @@ void printCamera(const CalibratedSessionView& view) {
 }
 
 void printPose(const CalibratedSessionView& view) {
-  if (!view.found.isDetermined("view_pose")) {
-    std::printf("  relative pose                not determined, held\n");
-    return;
-  }
   const RigidTransform told = view.T_view_first.inverse();
   const RigidTransform found = view.firstViewFromThis();
   const ViewGeometrySigma& sigma = view.found.sigma;
   std::printf("  %-28s %38.3f ± %-9.2g degrees\n", "relative pose: turned by",
               kDegreesPerRadian * rotationAngleBetween(told, found), kDegreesPerRadian * sigma.rotation_rad);
-  std::printf("  %-28s %38.3f ± %-9.2g mm (± %.2g mm as seen at the CT)\n", "its source moved by",
-              (told.translation() - found.translation()).norm(), sigma.source_mm, sigma.translation_mm);
+  std::printf("  %-28s %38.3f ± %-9.2g mm (± %.2g mm as seen at the CT)%s\n", "its source moved by",
+              (told.translation() - found.translation()).norm(), sigma.source_mm, sigma.translation_mm,
+              view.found.isDetermined("view_pose") ? "" : ", not determined");
 }
 
 std::string nameOf(const CalibratedSessionView& view) {
