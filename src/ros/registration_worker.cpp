@@ -263,7 +263,7 @@ void RegistrationWorker::refuse(const std_msgs::Header& header, const std::strin
 void RegistrationWorker::sayUnregistered(const std_msgs::Header& header, const std::string& reason) {
   FrameOutcome outcome;
   outcome.result.reason = reason;
-  RegistrationStatus message = statusMessage(outcome, header);
+  RegistrationStatus message = statusMessage(outcome, header, parameters_.bodies);
   message.latency = latencyOf(header);
   setNodeFields(statistics_->snapshot(), &message);
   publishers_->status(message);
@@ -415,7 +415,7 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
     publishers_->sendPose(header, result, pipeline_.centreCt(), T_fixed_camera_accepted_);
   }
   updateStatistics();
-  RegistrationStatus message = statusMessage(outcome, header);
+  RegistrationStatus message = statusMessage(outcome, header, parameters_.bodies);
   message.latency = latencyOf(header);
   if (result.accepted) {
     statistics_->frameAccepted(message.latency, result.solve_ms);
