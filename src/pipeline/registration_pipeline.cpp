@@ -45,8 +45,9 @@ BodyResult asBody(const std::string& name, const RegistrationResult& result, con
   return body;
 }
 
-/// ct/label without a list of bodies: the frame's result is that structure's.
-void takeOnlyBody(RegistrationResult* result) {
+/// ct/label without a list of bodies: the frame's result is that structure's. The covariance goes on being about the
+/// CT's centre, which is what everybody takes it for.
+void takeOnlyBody(const Eigen::Vector3d& centre_ct_mm, RegistrationResult* result) {
   if (!result->accepted || result->bodies.size() != 1 || result->bodies.front().name != kOnlyBody) return;
   const BodyResult only = result->bodies.front();
   result->bodies.clear();
@@ -55,7 +56,8 @@ void takeOnlyBody(RegistrationResult* result) {
   result->reason = only.reason;
   result->similarity = only.similarity;
   result->inlier_fraction = only.inlier_fraction;
-  result->covariance = only.covariance;
+  const Matrix6d carried = twistMovedBy(only.T_camera_body.linear() * (centre_ct_mm - only.centre_ct_mm));
+  result->covariance = carried * only.covariance * carried.transpose();
 }
 
 }  // namespace
@@ -177,7 +179,7 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
   if (outcome.result.reason.empty()) {
     outcome.result = solve(stamp_s, outcome, T_camera_now_camera_last);
     outcome.registered = outcome.result.solved;
-    takeOnlyBody(&outcome.result);
+    takeOnlyBody(body_.centre_ct_mm, &outcome.result);
     solveOwn(stamp_s, outcome.views, &outcome.result);
   }
   outcome.state = state();
