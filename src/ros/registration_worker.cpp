@@ -147,6 +147,7 @@ void RegistrationWorker::loadBodiesNow() {
   statistics_->setState(pipeline_.state());
   try {
     pipeline_.loadBodies();
+    initial_pose_scope_.covers("", "");  // The initial pose is the first body's, not that of a CT that comes later.
     for (const FollowedBodyInfo& body : pipeline_.followedBodies()) {
       log(logger_, LogLevel::kInfo, "loaded body " + body.name);
     }
@@ -281,7 +282,10 @@ void RegistrationWorker::offer(FrameMessages frame) {
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
   if (loading_) return refuse(frame.header, "a CT is being loaded");
   if (calibrating_) return refuse(frame.header, "a calibration is being worked out (~calibrate)");
-  if (opening_) return refuse(frame.header, "no CT is loaded; the device is being opened");
+  if (opening_) {
+    return refuse(frame.header, parameters_.needsCt() ? "no CT is loaded; the device is being opened"
+                                                      : "the bodies are being loaded");
+  }
   if (const std::optional<FrameMessages> replaced = mailbox_.put(std::move(frame))) drop(*replaced);
 }
 
