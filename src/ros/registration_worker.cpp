@@ -38,6 +38,7 @@ RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publish
       logger_(std::move(logger)),
       loading_(!parameters.ct.path.empty()),
       pipeline_(parameters, logger_),
+      pose_requests_(transforms, parameters.frames.tf_timeout_s),
       initial_pose_scope_(parameters.ct.path, parameters.ct.read.series_uid),
       stamps_(ros::Time::isSimTime()),
       calibration_frames_(static_cast<std::size_t>(parameters.calibration_frames)) {
@@ -91,14 +92,11 @@ void RegistrationWorker::startUp() {
 }
 
 void RegistrationWorker::startFromParameters() {
-  pose_request_.reset();
-  body_requests_.clear();
-  if (parameters_.initial_pose && initial_pose_applies_) {
-    pose_request_ = PoseRequest{*parameters_.initial_pose, parameters_.initial_pose_frame};
-  }
+  pose_requests_.clear();
+  const bool is_given = parameters_.initial_pose && initial_pose_applies_;
+  if (is_given) pose_requests_.add("", {*parameters_.initial_pose, parameters_.initial_pose_frame});
   const auto has_start = [](const BodyParameters& body) { return body.initial_pose.has_value(); };
-  register_requested_ =
-      pose_request_.has_value() || std::any_of(parameters_.bodies.begin(), parameters_.bodies.end(), has_start);
+  register_requested_ = is_given || std::any_of(parameters_.bodies.begin(), parameters_.bodies.end(), has_start);
 }
 
 std::future<RegistrationWorker::Answer> RegistrationWorker::loadCt(const std::string& path,
@@ -138,7 +136,7 @@ RegistrationWorker::Answer RegistrationWorker::loadCtNow(const std::string& path
   calibration_frames_.forget();
   loading_ = false;
   updateStatistics();
-  publishSurfaces();
+  if (pipeline_.ct()) publishSurfaces();
   return answer;
 }
 
@@ -231,12 +229,7 @@ void RegistrationWorker::updateStatistics() {
 void RegistrationWorker::setPose(const RigidTransform& T_frame_ct, const std::string& frame_id,
                                  const std::string& body) {
   mailbox_.post([this, T_frame_ct, frame_id, body] {
-    const PoseRequest request{T_frame_ct, frame_id};
-    if (body.empty()) {
-      pose_request_ = request;
-    } else {
-      body_requests_[body] = request;
-    }
+    pose_requests_.add(body, {T_frame_ct, frame_id});
     register_requested_ = true;
   });
 }
@@ -379,42 +372,11 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
   return views;
 }
 
-std::optional<RigidTransform> RegistrationWorker::inCamera(const PoseRequest& request, const std_msgs::Header& header,
-                                                           std::string* why) const {
-  if (request.frame_id.empty()) return request.T_frame_ct;
-  const std::optional<RigidTransform> T_camera_frame =
-      transforms_->lookup(header.frame_id, request.frame_id, header.stamp, parameters_.frames.tf_timeout_s, why);
-  if (!T_camera_frame) return std::nullopt;
-  return RigidTransform(*T_camera_frame * request.T_frame_ct);
-}
-
 std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
-  if (pose_request_) {
-    std::string why;
-    const std::optional<RigidTransform> T_camera_ct = inCamera(*pose_request_, header, &why);
-    if (!T_camera_ct) return "the initial pose cannot be used: " + why;
-    pipeline_.setPose(*T_camera_ct);
-    pose_request_.reset();
-  }
-  resolveBodyPoses(header);
-  return "";
-}
-
-/// After the CT's own, which puts the bodies where the CT has them. One that cannot be used yet holds up neither the CT
-/// nor the other bodies.
-void RegistrationWorker::resolveBodyPoses(const std_msgs::Header& header) {
-  for (auto request = body_requests_.begin(); request != body_requests_.end();) {
-    std::string why;
-    const std::optional<RigidTransform> T_camera_body = inCamera(request->second, header, &why);
-    if (!T_camera_body) {
-      statistics_->setError("the initial pose of '" + request->first + "' cannot be used: " + why);
-      ++request;
-    } else if (pipeline_.setBodyPose(request->first, *T_camera_body, header.stamp.toSec())) {
-      request = body_requests_.erase(request);
-    } else {
-      ++request;
-    }
-  }
+  std::string body_problem;
+  const std::string problem = pose_requests_.handOn(header, &pipeline_, &body_problem);
+  if (!body_problem.empty()) statistics_->setError(body_problem);
+  return problem;
 }
 
 /// Where the camera is in frames/fixed: asked once for a frame, for its start and for tf. A frame for which that is not

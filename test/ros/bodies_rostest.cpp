@@ -177,6 +177,40 @@ TEST_F(Bones, AStartOfOneIsTakenWithItsName) {
   EXPECT_GT(status.bodies[0].iterations, status.bodies[1].iterations);
 }
 
+TEST_F(Bones, AStartOfOneIsTakenFromItsTopic) {
+  ros::NodeHandle node;
+  ros::Publisher publisher =
+      node.advertise<geometry_msgs::PoseWithCovarianceStamped>("bones/registration/bodies/lower/initialpose", 1);
+  ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
+  ASSERT_TRUE(publish(0).accepted);
+  geometry_msgs::PoseWithCovarianceStamped start;
+  start.header.frame_id = "bones_front";
+  start.pose.pose = toPose(T_camera_bodies_[1]);
+  publisher.publish(start);
+  // Nothing answers a topic: one of the next frames is a cold start of that body.
+  int number = 0;
+  EXPECT_TRUE(waitFor([&] {
+    const RegistrationStatus status = publish(++number % 4);
+    return status.bodies.size() == 2 && status.bodies[1].iterations > status.bodies[0].iterations + 10;
+  }));
+}
+
+TEST_F(Bones, AStartOfOneWaitsForThatOfTheCt) {
+  ASSERT_TRUE(bones_->probe.trigger("reset"));
+  publish(0);
+  SetInitialPose call;
+  call.request.pose.header.frame_id = "bones_front";
+  call.request.pose.pose = toPose(T_camera_bodies_[0]);
+  call.request.body = "upper";
+  ASSERT_TRUE(ros::service::call("bones/registration/set_initial_pose", call));
+  RegistrationStatus status = publish(0);
+  EXPECT_FALSE(status.accepted);
+  ASSERT_EQ(status.bodies.size(), 2U);
+  EXPECT_EQ(status.bodies[0].reason, status.reason);
+  ASSERT_TRUE(bones_->probe.setPose(scene_->disturbed(scene_->pose(0)), "bones_front").success);
+  expectAccepted(publish(0), 0, "upper", "upper_bone");
+}
+
 /// No CT at all: the first body stands for it.
 class Implant : public testing::Test {
  protected:

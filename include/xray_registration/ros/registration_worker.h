@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <future>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "xray_registration/pipeline/node_statistics.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
 #include "xray_registration/pipeline/stamp_order.h"
+#include "xray_registration/ros/pose_requests.h"
 #include "xray_registration/ros/publishers.h"
 #include "xray_registration/ros/transforms.h"
 #include "xray_registration/ros/view_synchroniser.h"
@@ -70,11 +70,6 @@ class RegistrationWorker {
   void stop();
 
  private:
-  struct PoseRequest {
-    RigidTransform T_frame_ct = RigidTransform::Identity();
-    std::string frame_id;
-  };
-
   void run();
   void startUp();
   void restartNow(const std::string& why);
@@ -90,9 +85,6 @@ class RegistrationWorker {
   std::string stampProblem(const std_msgs::Header& header);
   std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
   std::string resolvePose(const std_msgs::Header& header);
-  void resolveBodyPoses(const std_msgs::Header& header);
-  std::optional<RigidTransform> inCamera(const PoseRequest& request, const std_msgs::Header& header,
-                                         std::string* why) const;
   std::string findCamera(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
   void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, const FrameOutcome& outcome);
@@ -118,8 +110,7 @@ class RegistrationWorker {
 
   // The worker thread's own.
   RegistrationPipeline pipeline_;
-  std::optional<PoseRequest> pose_request_;
-  std::map<std::string, PoseRequest> body_requests_;  ///< By the body's name.
+  PoseRequests pose_requests_;
   bool register_requested_ = false;
   InitialPoseScope initial_pose_scope_;
   bool initial_pose_applies_ = true;
