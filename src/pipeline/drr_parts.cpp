@@ -40,7 +40,8 @@ std::vector<OverlayLine> overlayLines(const DrrParts& parts, const RegistrationR
   for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
     if (parts.bodies[i].empty()) continue;
     const BodyResult& body = result.bodies[i];
-    lines.push_back({&parts.bodies[i], body.accepted ? colourOf(body.name, bodies) : kRefusedColour, !body.accepted});
+    lines.push_back(
+        {&parts.bodies[i], body.accepted ? colourOf(body.name, bodies) : kRefusedColour, true, !body.accepted});
   }
   return lines;
 }

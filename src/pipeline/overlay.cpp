@@ -50,6 +50,18 @@ cv::Mat edgesOf(const FloatImage& drr) {
   return edges;
 }
 
+/// Pixels on the border of the DRR's shadow, inside of it.
+cv::Mat outlineOf(const FloatImage& drr) {
+  constexpr double kShadow = 0.1;  // Of the largest value: thin edges are lost in the X-ray.
+  double high = 0.0;
+  cv::minMaxLoc(viewOf(drr), nullptr, &high);
+  if (!(high > 0.0)) return cv::Mat::zeros(drr.height, drr.width, CV_8UC1);
+  const cv::Mat shadow = viewOf(drr) > kShadow * high;
+  cv::Mat inside;
+  cv::erode(shadow, inside, cv::Mat());
+  return shadow & ~inside;
+}
+
 /// By stripes that neither rows, nor columns, nor diagonals follow: there a line would vanish, or look whole.
 void makeDashed(cv::Mat* edges) {
   constexpr int kStripe = 8;
@@ -61,7 +73,7 @@ void makeDashed(cv::Mat* edges) {
 }
 
 void drawLine(const OverlayLine& line, cv::Mat* picture) {
-  cv::Mat edges = edgesOf(*line.drr);
+  cv::Mat edges = line.outline ? outlineOf(*line.drr) : edgesOf(*line.drr);
   if (line.dashed) makeDashed(&edges);
   picture->setTo(cv::Scalar(line.colour[0], line.colour[1], line.colour[2]), edges);
 }

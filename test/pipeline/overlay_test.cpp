@@ -65,13 +65,13 @@ TEST(Overlay, DrawsEachLineInItsColourAndARefusedOneDashed) {
   const FloatImage first = disc(3.0F);
   const auto count = [&](bool dashed, const Rgb& colour) {
     const RgbImage image =
-        drawOverlay(disc(2.0F), {}, {{&first, {255, 215, 0}, false}, {&other, {255, 50, 40}, dashed}});
+        drawOverlay(disc(2.0F), {}, {{&first, {255, 215, 0}}, {&other, {255, 50, 40}, true, dashed}});
     return std::count(image.pixels.begin(), image.pixels.end(), colour);
   };
   const auto whole = count(false, {255, 50, 40});
   const auto dashed = count(true, {255, 50, 40});
   EXPECT_GT(count(true, {255, 215, 0}), 40);
-  EXPECT_GT(whole, 40);
+  EXPECT_EQ(whole, 2 * 30 + 2 * 8);  // The border of 10 × 30 pixels.
   EXPECT_GT(dashed, whole / 4);
   EXPECT_LT(dashed, 3 * whole / 4);
   const FloatImage small(3, 3);

@@ -20,8 +20,8 @@ struct DrrParts {
 /// The sum of what was accepted: a picture of where things are known to be. Empty when nothing was.
 FloatImage acceptedDrr(const DrrParts& parts, const RegistrationResult& result);
 
-/// Edges of all parts: the CT in green, or red when it was refused; each body in the colour of its place in `bodies`,
-/// or in red dashes.
+/// The CT's edges in green, or red when it was refused; the outline of each body in the colour of its place in
+/// `bodies`, or in red dashes.
 std::vector<OverlayLine> overlayLines(const DrrParts& parts, const RegistrationResult& result,
                                       const std::vector<BodyParameters>& bodies);
 

@@ -31,14 +31,16 @@ constexpr Rgb kRefusedColour = {255, 50, 40};
 /// five.
 Rgb bodyColour(std::size_t body);
 
-/// A part of the DRR whose edges are drawn.
+/// A part of the DRR that is drawn by its edges, or by the outline of its shadow: the edges inside of bodies that lie
+/// over each other are hard to tell apart.
 struct OverlayLine {
   const FloatImage* drr = nullptr;  ///< Not empty.
   Rgb colour = kAcceptedColour;
+  bool outline = false;
   bool dashed = false;
 };
 
-/// The same with the edges of several parts, the last on top.
+/// The same with several parts, the last on top.
 RgbImage drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const std::vector<OverlayLine>& lines);
 
 }  // namespace xray_registration
