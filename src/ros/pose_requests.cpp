@@ -22,7 +22,8 @@ std::string PoseRequests::handOn(const std_msgs::Header& header, RegistrationPip
     bool used = false;
     if (!T_camera_object) {
       if (body.empty()) return "the initial pose cannot be used: " + why;
-      *body_problem = "the initial pose of '" + body + "' cannot be used: " + why;
+      *body_problem = "the initial pose of '";
+      body_problem->append(body).append("' cannot be used: ").append(why);
     } else if (body.empty()) {
       pipeline->setPose(*T_camera_object);
       used = true;

@@ -374,7 +374,7 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
 
 std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
   std::string body_problem;
-  const std::string problem = pose_requests_.handOn(header, &pipeline_, &body_problem);
+  std::string problem = pose_requests_.handOn(header, &pipeline_, &body_problem);
   if (!body_problem.empty()) statistics_->setError(body_problem);
   return problem;
 }
