@@ -25,7 +25,8 @@ struct FollowedBodyInfo {
 
 /// What became of a frame.
 struct FrameOutcome {
-  RegistrationResult result;  ///< Always has a reason when it is not accepted.
+  RegistrationResult result;  ///< Always has a reason when it is not accepted, and so has each of its bodies, which
+                              ///< are always those of followedBodies().
   /// The solver ran and gave a pose. Otherwise the frame was refused before (no CT, no pose, a view that is missing, a
   /// start that the method cannot use) or the device failed, and of the result only the reason means anything.
   bool registered = false;
@@ -120,6 +121,8 @@ class RegistrationPipeline {
                              const std::optional<RigidTransform>& T_camera_now_camera_last, FrameOutcome* outcome);
   void upload(std::vector<RegisteredBody> own);
   void closeOwn();
+  void refuseBodies(RegistrationResult* result) const;
+  void refuseOwn(RegistrationResult* result) const;
   void solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, RegistrationResult* result);
   BodyResult solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, RegisteredBody* body);
   RegistrationResult solve(double stamp_s, const FrameOutcome& frame,
@@ -129,7 +132,7 @@ class RegistrationPipeline {
   Logger logger_;
   FrameMaker frame_maker_;
   DeviceHost device_;
-  RegisteredBody body_;  ///< After device_: its registrar goes first.
+  RegisteredBody body_;              ///< After device_: its registrar goes first.
   std::vector<RegisteredBody> own_;  ///< Bodies that are registered by themselves, beside body_.
   bool first_is_body_ = false;       ///< body_ is the first body of the list, not the CT around them.
   std::shared_ptr<const Volume> ct_;
