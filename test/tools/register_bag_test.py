@@ -14,14 +14,6 @@ import rosbag
 import tool_case
 
 SKIPPED = 77
-CONFIG = '''
-ct: {mask: %s}
-bodies:
-  - {name: femur_left, label: %d}
-  - {name: femur_right, label: %d, frame: thigh}
-'''
-
-
 def transforms(bag):
     """Stamps of what /tf holds, by parent and child."""
     found = {}
@@ -58,27 +50,35 @@ class BodiesTest(tool_case.ToolTest):
 class Simulated(BodiesTest):
     @classmethod
     def setUpClass(cls):
-        said, _ = cls.tool('make_phantom', '--phantom', 'pelvis', '--spacing', 2.5, '--output', cls.work('pelvis.nii.gz'),
-                           '--labels', cls.work('labels.nii.gz'))
-        labels = dict(line.split(':') for line in said.split())
-        cls.labels = {name: int(labels[name]) for name in ('femur_left', 'femur_right')}
-        with open(cls.work('bodies.yaml'), 'w') as file:
-            file.write(CONFIG % (cls.work('labels.nii.gz'), cls.labels['femur_left'], cls.labels['femur_right']))
-        cls.simulate('session', 4, '--body-rotation', 2, '--body-translation', 2)
+        cls.labels = cls.make_phantom('pelvis', {'hip_left': '', 'hip_right': ', frame: right'})
+        cls.simulate('pelvis', 'session', cls.labels, 4, '--body-rotation', 2, '--body-translation', 2)
 
     @classmethod
-    def simulate(cls, name, frames, *words):
-        cls.tool('simulate_session', '--ct', cls.work('pelvis.nii.gz'), '--mask', cls.work('labels.nii.gz'), '--labels',
-                 ','.join('%s:%d' % one for one in cls.labels.items()), '--views', 'ap:0,oblique:-50', '--frames', frames,
-                 '--size', 128, '--amplitude-deg', 2, '--amplitude-mm', 3, '--output', cls.work(name + '.bag'), *words)
+    def make_phantom(cls, name, bodies):
+        """A CT, its labels, and a configuration in which these bones of it move; returns their labels."""
+        said, _ = cls.tool('make_phantom', '--phantom', name, '--spacing', 2, '--output', cls.work(name + '.nii.gz'),
+                           '--labels', cls.work(name + '_labels.nii.gz'))
+        labels = dict(line.split(':') for line in said.split())
+        with open(cls.work(name + '.yaml'), 'w') as file:
+            file.write('ct: {mask: %s}\nbodies:\n' % cls.work(name + '_labels.nii.gz'))
+            for body, more in bodies.items():
+                file.write('  - {name: %s, label: %s%s}\n' % (body, labels[body], more))
+        return {body: labels[body] for body in bodies}
 
-    def register_session(self, session, name, *words, expect=0):
-        return self.register(name, '--ct', self.work('pelvis.nii.gz'), '--bag', self.work(session + '.bag'), '--config',
-                             self.work('bodies.yaml'), '--initial-pose-topic', '/ap/ground_truth', *words, expect=expect)
+    @classmethod
+    def simulate(cls, phantom, name, labels, frames, *words):
+        cls.tool('simulate_session', '--ct', cls.work(phantom + '.nii.gz'), '--mask', cls.work(phantom + '_labels.nii.gz'),
+                 '--labels', ','.join('%s:%s' % one for one in labels.items()), '--views', 'ap:0,oblique:-50', '--frames',
+                 frames, '--size', 160, '--amplitude-deg', 2, '--amplitude-mm', 3, '--output', cls.work(name + '.bag'), *words)
+
+    def register_session(self, session, name, *words, phantom='pelvis', config=None, expect=0):
+        return self.register(name, '--ct', self.work(phantom + '.nii.gz'), '--bag', self.work(session + '.bag'), '--config',
+                             self.work((config or phantom) + '.yaml'), '--initial-pose-topic', '/ap/ground_truth', *words,
+                             expect=expect)
 
     def test_bag_json_table_and_summary(self):
-        output, _ = self.register_session('session', 'registered', '--knee', 'femur_left,femur_right')
-        for line in ('4 of 4 frames accepted', 'femur_left: accepted 4 of 4', 'femur_right: accepted 4 of 4'):
+        output, _ = self.register_session('session', 'registered', '--knee', 'hip_left,hip_right')
+        for line in ('4 of 4 frames accepted', 'hip_left: accepted 4 of 4', 'hip_right: accepted 4 of 4'):
             self.assertIn(line, output)
         self.check_all_accepted('registered', self.labels, median_mm=0.5)
         frames = self.report('registered.json')['frames']
@@ -101,7 +101,7 @@ class Simulated(BodiesTest):
                     self.assertAlmostEqual(1000 * pose.pose.pose.position.z, frame['bodies'][body]['T_camera_ct'][2][3], 6)
                     self.assertEqual(list(pose.pose.covariance), frame['bodies'][body]['covariance'])
             camera = poses[0].header.frame_id
-            for child in ('ct', 'femur_left', 'thigh'):
+            for child in ('ct', 'hip_left', 'right'):
                 self.assertEqual(transforms(bag)[(camera, child)], stamps)
             statuses = [message for _, message, _ in bag.read_messages('/xray_registration/status')]
         self.assertEqual(len(statuses), len(frames))
@@ -111,12 +111,12 @@ class Simulated(BodiesTest):
         self.assertEqual(len(rows), len(frames))
         for row, frame in zip(rows, frames):
             self.assertAlmostEqual(float(row['stamp_s']), frame['stamp'], 5)
-            self.assertEqual((row['ct_accepted'], row['femur_left_accepted'], row['femur_right_accepted']), ('1', '1', '1'))
-            self.assertAlmostEqual(float(row['femur_left_x_mm']), frame['bodies']['femur_left']['T_camera_ct'][0][3], 3)
+            self.assertEqual((row['ct_accepted'], row['hip_left_accepted'], row['hip_right_accepted']), ('1', '1', '1'))
+            self.assertAlmostEqual(float(row['hip_left_x_mm']), frame['bodies']['hip_left']['T_camera_ct'][0][3], 3)
             # Each moves by up to 2 mm and 2° along and about each axis of its own against the rest.
             for column in ('shift_x_mm', 'shift_y_mm', 'shift_z_mm', 'cardan_x_deg', 'cardan_y_deg', 'cardan_z_deg'):
-                self.assertLess(abs(float(row['femur_left_in_ct_' + column])), 2.5)
-                self.assertLess(abs(float(row['femur_right_in_femur_left_' + column])), 40)
+                self.assertLess(abs(float(row['hip_left_in_ct_' + column])), 2.5)
+                self.assertLess(abs(float(row['hip_right_in_hip_left_' + column])), 40)
             # In the CT the one stands beside the other as in the anatomical frame.
             self.assertLess(abs(float(row['knee_flexion_deg'])), 5)
 
@@ -125,35 +125,36 @@ class Simulated(BodiesTest):
         self.register_session('first', 'second')
         with rosbag.Bag(self.work('second.bag')) as bag:
             counts = bag.get_type_and_topic_info().topics
-            self.assertEqual(counts['/xray_registration/bodies/femur_left/pose'].message_count, 4)
+            self.assertEqual(counts['/xray_registration/bodies/hip_left/pose'].message_count, 4)
             self.assertEqual({len(stamps) for stamps in transforms(bag).values()}, {4})
 
     def test_a_refused_body_has_a_reason_and_nothing_else(self):
         # More is asked for than the bones of a phantom have in common with noisy X-rays.
-        with open(self.work('bodies.yaml')) as file:
+        with open(self.work('pelvis.yaml')) as file:
             config = file.read()
         with open(self.work('strict.yaml'), 'w') as file:
             file.write(config + 'accept: {min_similarity: 0.9999, min_similarity_one_view: 0.9999}\n')
-        output, _ = self.register('strict', '--ct', self.work('pelvis.nii.gz'), '--bag', self.work('session.bag'), '--config',
-                                  self.work('strict.yaml'), '--initial-pose-topic', '/ap/ground_truth')
-        self.assertIn('femur_left: accepted 0 of 4; last refusal: the CT was not accepted: ', output)
+        output, _ = self.register_session('session', 'strict', config='strict')
+        self.assertIn('hip_left: accepted 0 of 4; last refusal: the CT was not accepted: ', output)
         for frame in self.report('strict.json')['frames']:
             for body in frame['bodies'].values():
                 self.assertEqual((body['accepted'], body['T_camera_ct']), (False, None))
                 self.assertIn(frame['reason'], body['reason'])
         for row in self.table('strict.csv'):
-            self.assertEqual((row['femur_left_accepted'], row['femur_left_x_mm']), ('', ''))
+            self.assertEqual((row['hip_left_accepted'], row['hip_left_x_mm']), ('', ''))
         with rosbag.Bag(self.work('strict.bag')) as bag:
-            self.assertNotIn('/xray_registration/bodies/femur_left/pose', bag.get_type_and_topic_info().topics)
+            self.assertNotIn('/xray_registration/bodies/hip_left/pose', bag.get_type_and_topic_info().topics)
 
     def test_a_joint_through_30_degrees_is_followed(self):
-        # There and back in a period of four seconds: 2.4° from one of 40 frames to the next at most.
-        self.simulate('joint', 40, '--period', 4, '--joint', 'femur_right:30')
-        self.register_session('joint', 'joint_registered')
-        self.check_all_accepted('joint_registered', self.labels, median_mm=0.5)
-        angles = [float(row['femur_right_in_ct_cardan_x_deg']) for row in self.table('joint_registered.csv')]
-        print('angle from %.2f to %.2f degrees' % (min(angles), max(angles)))
-        self.assertAlmostEqual(max(map(abs, angles)), 30, delta=0.5)
+        # The jaw opens and closes again: by up to 3° from one of the 30 frames to the next.
+        labels = self.make_phantom('head', {'skull': '', 'mandible': ', max_rotation: 0.6, max_translation: 0.05'})
+        self.simulate('head', 'jaw', labels, 30, '--period', 3, '--joint', 'mandible:30')
+        self.register_session('jaw', 'jaw_registered', phantom='head')
+        self.check_all_accepted('jaw_registered', labels, median_mm=0.5)
+        angles = [float(row['mandible_in_skull_cardan_x_deg']) for row in self.table('jaw_registered.csv')]
+        print('the jaw opens from %.2f to %.2f degrees' % (min(angles), max(angles)))
+        self.assertAlmostEqual(max(angles), 30, delta=0.5)
+        self.assertAlmostEqual(min(angles), 0, delta=0.5)
 
     def test_bodies_with_cts_of_their_own_need_no_ct(self):
         with open(self.work('own.yaml'), 'w') as file:
@@ -168,8 +169,8 @@ class Simulated(BodiesTest):
         self.assertIn('--ct is required', error)
 
     def test_wrong_arguments(self):
-        for knee, words in (('femur_left', 'two bodies'), ('femur_left,patella', "'patella'"),
-                            ('femur_left,femur_right,up', 'left or right')):
+        for knee, words in (('hip_left', 'two bodies'), ('hip_left,patella', "'patella'"),
+                            ('hip_left,hip_right,up', 'left or right')):
             _, error = self.register_session('session', 'wrong', '--knee', knee, expect=2)
             self.assertIn('--knee', error)
             self.assertIn(words, error)
