@@ -72,21 +72,21 @@ NodeParameters parametersOf(const Arguments& arguments, const BagSession& sessio
   return parameters;
 }
 
-/// X-ray with the DRR's edges, one picture for each view that took part.
+/// X-ray with the edges of CT and bodies, one picture for each view that took part.
 void writeOverlays(const Arguments& arguments, const BagSession& session, const FrameOutcome& outcome,
                    std::size_t frame, RegistrationPipeline* pipeline) {
   if (!outcome.registered) return;
   for (std::size_t i = 0; i < outcome.views.size(); ++i) {
     if (!outcome.views[i]) continue;
     const ViewInput& view = *outcome.views[i];
-    const FloatImage drr = pipeline->renderDrr(view.xray->camera, view.T_view_first * outcome.result.T_camera_ct);
-    if (drr.empty()) throw std::runtime_error("the DRR for the overlay failed: " + pipeline->fault());
+    const DrrParts parts = pipeline->renderParts(view, outcome.result);
+    const auto lines = overlayLines(parts, outcome.result, pipeline->parameters().bodies);
+    if (lines.empty()) throw std::runtime_error("the DRR for the overlay failed: " + pipeline->fault());
     char number[32];
     std::snprintf(number, sizeof number, "%05zu", frame);
     const std::string& name = session.views()[i].name;
-    const auto colour = outcome.result.accepted ? OverlayColour::kAccepted : OverlayColour::kRefused;
     writePng(arguments.overlay + "/" + (name.empty() ? "" : name + "_") + number + ".png",
-             toColourMessage(drawOverlay(view.xray->attenuation, view.xray->mask, drr, colour)));
+             toColourMessage(drawOverlay(view.xray->attenuation, view.xray->mask, lines)));
   }
 }
 

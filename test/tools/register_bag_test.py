@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Runs the tool `register_bag` with bodies as a user does and checks what it writes.
+"""Runs the tool `register_bag` with bodies as a user does, and `evaluate` on the same sessions; checks what they write.
 
 usage: register_bag_test.py simulated|recorded --tools FOLDER --work FOLDER
 simulated: on sessions of the pelvis phantom whose bones move on their own. recorded: on the spine session below
@@ -77,7 +77,9 @@ class Simulated(BodiesTest):
                              expect=expect)
 
     def test_bag_json_table_and_summary(self):
-        output, _ = self.register_session('session', 'registered', '--knee', 'hip_left,hip_right')
+        output, _ = self.register_session('session', 'registered', '--knee', 'hip_left,hip_right', '--overlay',
+                                          self.work('overlay'))
+        self.check_is_png('overlay/oblique_00003.png')
         for line in ('4 of 4 frames accepted', 'hip_left: accepted 4 of 4', 'hip_right: accepted 4 of 4'):
             self.assertIn(line, output)
         self.check_all_accepted('registered', self.labels, median_mm=0.5)
@@ -105,6 +107,9 @@ class Simulated(BodiesTest):
                 self.assertEqual(transforms(bag)[(camera, child)], stamps)
             statuses = [message for _, message, _ in bag.read_messages('/xray_registration/status')]
         self.assertEqual(len(statuses), len(frames))
+        for status in statuses:
+            self.assertEqual([(body.name, body.frame, body.accepted) for body in status.bodies],
+                             [('hip_left', 'hip_left', True), ('hip_right', 'right', True)])
 
     def check_table(self, frames):
         rows = self.table('registered.csv')
@@ -135,7 +140,7 @@ class Simulated(BodiesTest):
         with open(self.work('strict.yaml'), 'w') as file:
             file.write(config + 'accept: {min_similarity: 0.9999, min_similarity_one_view: 0.9999}\n')
         output, _ = self.register_session('session', 'strict', config='strict')
-        self.assertIn('hip_left: accepted 0 of 4; last refusal: the CT was not accepted: ', output)
+        self.assertIn('hip_left: accepted 0 of 4; last refusal: the CT around it was not accepted: ', output)
         for frame in self.report('strict.json')['frames']:
             for body in frame['bodies'].values():
                 self.assertEqual((body['accepted'], body['T_camera_ct']), (False, None))
@@ -143,6 +148,8 @@ class Simulated(BodiesTest):
         for row in self.table('strict.csv'):
             self.assertEqual((row['hip_left_accepted'], row['hip_left_x_mm']), ('', ''))
         with rosbag.Bag(self.work('strict.bag')) as bag:
+            for _, status, _ in bag.read_messages('/xray_registration/status'):
+                self.assertTrue(all(not body.accepted and body.reason for body in status.bodies))
             self.assertNotIn('/xray_registration/bodies/hip_left/pose', bag.get_type_and_topic_info().topics)
 
     def test_a_joint_through_30_degrees_is_followed(self):
@@ -167,6 +174,25 @@ class Simulated(BodiesTest):
         self.assertNotIn('ct_accepted', self.table('own.csv')[0])
         _, error = self.register('none', *words, expect=2)
         self.assertIn('--ct is required', error)
+
+    def test_evaluate_tells_of_bodies(self):
+        words = ['--ct', self.work('pelvis.nii.gz'), '--bag', self.work('session.bag'), '--config', self.work('pelvis.yaml')]
+        output, _ = self.tool('evaluate', *words, '--trials', 3, '--rotation', 2, '--translation', 3, '--body-rotation', 1,
+                              '--body-translation', 1, '--json', self.work('trials.json'), '--plot', self.work('trials.png'))
+        self.check_is_png('trials.png')
+        for trial in self.report('trials.json')['trials']:
+            self.assertEqual(set(trial['bodies']), set(self.labels))
+            for body in trial['bodies'].values():
+                self.assertLessEqual({'final_mtre', 'final_inplane', 'accepted', 'reason'}, set(body))
+                self.assertEqual(body['accepted'], body['reason'] == '')
+                self.assertLess(body['final_mtre'], 1, output)
+                self.assertLess(body['final_rotation_deg'], 2, output)
+        self.assertIn('hip_left', output)
+        output, _ = self.tool('evaluate', *words, '--tracking', '--json', self.work('tracked.json'), '--plot',
+                              self.work('tracked.png'))
+        self.check_is_png('tracked.png')
+        self.assertEqual(self.report('tracked.json')['summary']['bodies']['hip_right']['accepted'], 4, output)
+        self.assertIn('hip_right', output)
 
     def test_wrong_arguments(self):
         for knee, words in (('hip_left', 'two bodies'), ('hip_left,patella', "'patella'"),

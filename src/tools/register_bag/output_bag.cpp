@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "xray_registration/ros/conversions.h"
+#include "xray_registration/ros/result_transforms.h"
 #include "xray_registration/ros/status_message.h"
 
 namespace xray_registration::tools {
@@ -79,7 +80,7 @@ struct Counts {
 
 RegistrationStatus statusOf(const FrameRecord& record, const std_msgs::Header& header, const Counts& counts,
                             const RegistrationPipeline& pipeline) {
-  RegistrationStatus status = statusMessage(record.outcome, header);
+  RegistrationStatus status = statusMessage(record.outcome, header, pipeline.parameters().bodies);
   status.latency = record.outcome.total_ms * 1e-3;
   status.device = pipeline.deviceName();
   status.ct = pipeline.ctName();
@@ -88,30 +89,6 @@ RegistrationStatus statusOf(const FrameRecord& record, const std_msgs::Header& h
   status.frames_accepted = counts.accepted;
   status.frames_refused = counts.refused;
   return status;
-}
-
-geometry_msgs::TransformStamped transformOf(const std_msgs::Header& header, const std::string& child,
-                                            const RigidTransform& T_camera_child) {
-  geometry_msgs::TransformStamped transform;
-  transform.header = header;
-  transform.child_frame_id = child;
-  transform.transform = toTransform(T_camera_child);
-  return transform;
-}
-
-/// Of an accepted frame, towards the CT or, with invert_tf, from it.
-geometry_msgs::TransformStamped ctTransform(const std_msgs::Header& header, const RigidTransform& T_camera_ct,
-                                            const FrameParameters& frames) {
-  if (!frames.invert_tf) return transformOf(header, frames.ct, T_camera_ct);
-  std_msgs::Header inverted = header;
-  inverted.frame_id = frames.ct;
-  return transformOf(inverted, header.frame_id, T_camera_ct.inverse());
-}
-
-const std::string& frameOf(const std::string& body, const NodeParameters& parameters) {
-  const auto found = std::find_if(parameters.bodies.begin(), parameters.bodies.end(),
-                                  [&body](const BodyParameters& one) { return one.name == body; });
-  return found == parameters.bodies.end() ? body : found->frame;
 }
 
 geometry_msgs::PoseWithCovarianceStamped poseMessage(const std_msgs::Header& header, const RigidTransform& T_camera_ct,
@@ -127,19 +104,21 @@ void writePoses(const FrameRecord& record, const std_msgs::Header& header, const
                 rosbag::Bag* output) {
   const RegistrationResult& result = record.outcome.result;
   const NodeParameters& parameters = pipeline.parameters();
-  tf2_msgs::TFMessage tf;
   if (result.accepted) {
     output->write(kPoseTopic, record.received,
                   poseMessage(header, result.T_camera_ct, result.covariance, pipeline.centreCt()));
-    tf.transforms.push_back(ctTransform(header, result.T_camera_ct, parameters.frames));
   }
   for (const BodyResult& body : result.bodies) {
     if (!body.accepted) continue;
     output->write(kBodies + body.name + "/pose", record.received,
                   poseMessage(header, body.T_camera_body, body.covariance, body.centre_ct_mm));
-    tf.transforms.push_back(transformOf(header, frameOf(body.name, parameters), body.T_camera_body));
   }
-  if (parameters.frames.publish_tf && !tf.transforms.empty()) output->write("/tf", record.received, tf);
+  // Poses are written in the first view's frame, whatever frames/fixed is.
+  FrameParameters frames = parameters.frames;
+  frames.fixed.clear();
+  tf2_msgs::TFMessage tf;
+  tf.transforms = resultTransforms(header, result, RigidTransform::Identity(), frames, parameters.bodies);
+  if (frames.publish_tf && !tf.transforms.empty()) output->write("/tf", record.received, tf);
 }
 
 }  // namespace
