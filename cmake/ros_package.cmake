@@ -12,7 +12,7 @@ set(xray_catkin_components
 find_package(catkin REQUIRED COMPONENTS message_generation ${xray_catkin_components})
 find_package(yaml-cpp REQUIRED)
 
-add_message_files(DIRECTORY msg FILES RegistrationStatus.msg Suspicion.msg)
+add_message_files(DIRECTORY msg FILES BodyStatus.msg RegistrationStatus.msg Suspicion.msg)
 add_service_files(DIRECTORY srv FILES Calibrate.srv LoadCt.srv RegisterLandmarks.srv SetInitialPose.srv)
 add_action_files(DIRECTORY action FILES Localize.action)
 generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs sensor_msgs std_msgs)

@@ -1,6 +1,7 @@
 #include "xray_registration/pipeline/node_statistics.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace xray_registration {
 
@@ -42,6 +43,11 @@ void NodeStatistics::frameAccepted(double latency_s, double solve_ms) {
 void NodeStatistics::setSuspicions(const std::vector<SetupSuspicion>& suspicions) {
   const std::lock_guard<std::mutex> lock(mutex_);
   values_.suspicions = suspicions;
+}
+
+void NodeStatistics::setBodies(std::vector<Body> bodies) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  values_.bodies = std::move(bodies);
 }
 
 void NodeStatistics::setState(TrackingState state) {

@@ -1,5 +1,6 @@
 #include "xray_registration/pipeline/overlay.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -49,30 +50,63 @@ cv::Mat edgesOf(const FloatImage& drr) {
   return edges;
 }
 
+/// By stripes that neither rows, nor columns, nor diagonals follow: there a line would vanish, or look whole.
+void makeDashed(cv::Mat* edges) {
+  constexpr int kStripe = 8;
+  for (int v = 0; v < edges->rows; ++v) {
+    for (int u = 0; u < edges->cols; ++u) {
+      if ((2 * u + v) / kStripe % 2 != 0) edges->at<std::uint8_t>(v, u) = 0;
+    }
+  }
+}
+
+void drawLine(const OverlayLine& line, cv::Mat* picture) {
+  cv::Mat edges = edgesOf(*line.drr);
+  if (line.dashed) makeDashed(&edges);
+  picture->setTo(cv::Scalar(line.colour[0], line.colour[1], line.colour[2]), edges);
+}
+
+/// The X-ray, and what its mask leaves out.
+void drawXray(const FloatImage& attenuation, const MaskImage& mask, cv::Mat* picture) {
+  cv::cvtColor(greyOf(attenuation, mask), *picture, cv::COLOR_GRAY2RGB);
+  if (mask.empty()) return;
+  const cv::Mat left_out = viewOf(mask) == 0;
+  cv::Mat tinted;
+  cv::addWeighted(*picture, 0.6, cv::Mat(picture->size(), CV_8UC3, cv::Scalar(30, 60, 255)), 0.4, 0.0, tinted);
+  tinted.copyTo(*picture, left_out);
+}
+
+template <typename Other>
+bool differs(const Other& other, const FloatImage& attenuation) {
+  return other.width != attenuation.width || other.height != attenuation.height;
+}
+
 }  // namespace
 
-RgbImage drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const FloatImage& drr,
-                     OverlayColour colour) {
-  const auto differs = [&](const auto& other) {
-    return !other.empty() && (other.width != attenuation.width || other.height != attenuation.height);
-  };
-  if (attenuation.empty() || differs(mask) || differs(drr)) {
-    throw std::invalid_argument("an overlay needs an X-ray, and a mask and a DRR of its size");
-  }
+Rgb bodyColour(std::size_t body) {
+  constexpr std::array<Rgb, 5> kColours = {
+      {{255, 215, 0}, {0, 225, 255}, {255, 90, 255}, {185, 140, 255}, {255, 180, 110}}};
+  return kColours[body % kColours.size()];
+}
+
+RgbImage drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const std::vector<OverlayLine>& lines) {
+  const bool fits = !attenuation.empty() && (mask.empty() || !differs(mask, attenuation)) &&
+                    std::none_of(lines.begin(), lines.end(),
+                                 [&](const OverlayLine& line) { return differs(*line.drr, attenuation); });
+  if (!fits) throw std::invalid_argument("an overlay needs an X-ray, and a mask and a DRR of its size");
   static_assert(sizeof(Rgb) == 3, "OpenCV writes into it");
   RgbImage result(attenuation.width, attenuation.height);
   cv::Mat picture(attenuation.height, attenuation.width, CV_8UC3, result.pixels.data());
-  cv::cvtColor(greyOf(attenuation, mask), picture, cv::COLOR_GRAY2RGB);
-  if (!mask.empty()) {
-    const cv::Mat left_out = viewOf(mask) == 0;
-    cv::Mat tinted;
-    cv::addWeighted(picture, 0.6, cv::Mat(picture.size(), CV_8UC3, cv::Scalar(30, 60, 255)), 0.4, 0.0, tinted);
-    tinted.copyTo(picture, left_out);
-  }
-  if (!drr.empty()) {
-    picture.setTo(colour == OverlayColour::kAccepted ? cv::Scalar(40, 255, 80) : cv::Scalar(255, 50, 40), edgesOf(drr));
-  }
+  drawXray(attenuation, mask, &picture);
+  for (const OverlayLine& line : lines) drawLine(line, &picture);
   return result;
+}
+
+RgbImage drawOverlay(const FloatImage& attenuation, const MaskImage& mask, const FloatImage& drr,
+                     OverlayColour colour) {
+  std::vector<OverlayLine> lines;
+  if (!drr.empty()) lines.push_back({&drr, colour == OverlayColour::kAccepted ? kAcceptedColour : kRefusedColour});
+  return drawOverlay(attenuation, mask, lines);
 }
 
 }  // namespace xray_registration

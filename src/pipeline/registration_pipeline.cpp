@@ -1,5 +1,6 @@
 #include "xray_registration/pipeline/registration_pipeline.h"
 
+#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -45,8 +46,9 @@ BodyResult asBody(const std::string& name, const RegistrationResult& result, con
   return body;
 }
 
-/// ct/label without a list of bodies: the frame's result is that structure's.
-void takeOnlyBody(RegistrationResult* result) {
+/// ct/label without a list of bodies: the frame's result is that structure's. The covariance goes on being about the
+/// CT's centre, which is what everybody takes it for.
+void takeOnlyBody(const Eigen::Vector3d& centre_ct_mm, RegistrationResult* result) {
   if (!result->accepted || result->bodies.size() != 1 || result->bodies.front().name != kOnlyBody) return;
   const BodyResult only = result->bodies.front();
   result->bodies.clear();
@@ -55,7 +57,8 @@ void takeOnlyBody(RegistrationResult* result) {
   result->reason = only.reason;
   result->similarity = only.similarity;
   result->inlier_fraction = only.inlier_fraction;
-  result->covariance = only.covariance;
+  const Matrix6d carried = twistMovedBy(only.T_camera_body.linear() * (centre_ct_mm - only.centre_ct_mm));
+  result->covariance = carried * only.covariance * carried.transpose();
 }
 
 }  // namespace
@@ -95,6 +98,9 @@ void RegistrationPipeline::setCt(Volume ct) {
   body_.rest = std::move(parts.rest);
   body_.bodies = std::move(parts.bodies);
   body_.name = ct_->name;
+  // A body may have stood here.
+  body_.range.reset();
+  body_.T_camera_ct_configured.reset();
   first_is_body_ = !parameters_.ct.rest && !own.empty();
   upload(std::move(own));
 }
@@ -118,18 +124,31 @@ void RegistrationPipeline::upload(std::vector<RegisteredBody> own) {
   device_.upload(&body_);
   own_ = std::move(own);
   for (RegisteredBody& body : own_) device_.upload(&body);
+  startConfigured();
+}
+
+/// Bodies that are registered by themselves need no start of the CT when they have one.
+void RegistrationPipeline::startConfigured() {
   if (first_is_body_ && body_.T_camera_ct_configured) body_.startFrom(*body_.T_camera_ct_configured);
   for (RegisteredBody& body : own_) {
     if (body.T_camera_ct_configured) body.startFrom(*body.T_camera_ct_configured);
   }
 }
 
+std::optional<RigidTransform> RegistrationPipeline::configuredStartOf(const std::string& body) const {
+  for (const BodyParameters& parameters : parameters_.bodies) {
+    if (parameters.name == body) return parameters.initial_pose;
+  }
+  return std::nullopt;
+}
+
 void RegistrationPipeline::setPose(const RigidTransform& T_camera_ct, const BodyPoses& T_camera_bodies) {
   std::vector<RigidTransform> T_ct_bodies;
   for (const BodyModel& body : body_.bodies) {
     const auto given = T_camera_bodies.find(body.name);
-    T_ct_bodies.push_back(given == T_camera_bodies.end() ? RigidTransform::Identity()
-                                                         : T_camera_ct.inverse() * given->second);
+    const RigidTransform T_camera_body =
+        given == T_camera_bodies.end() ? configuredStartOf(body.name).value_or(T_camera_ct) : given->second;
+    T_ct_bodies.emplace_back(T_camera_ct.inverse() * T_camera_body);
   }
   body_.startFrom(T_camera_ct, T_ct_bodies);
   for (RegisteredBody& body : own_) {
@@ -142,11 +161,37 @@ void RegistrationPipeline::setPose(const RigidTransform& T_camera_ct, const Body
   }
 }
 
+bool RegistrationPipeline::setBodyPose(const std::string& body, const RigidTransform& T_camera_body, double stamp_s) {
+  if (first_is_body_ && body == body_.name) {
+    body_.startFrom(T_camera_body);
+    return true;
+  }
+  for (RegisteredBody& own : own_) {
+    if (own.name != body) continue;
+    own.startFrom(T_camera_body);
+    return true;
+  }
+  const std::optional<RigidTransform> T_camera_ct = body_.tracker.prediction(stamp_s);
+  for (std::size_t i = 0; T_camera_ct && i < body_.bodies.size(); ++i) {
+    if (body_.bodies[i].name != body) continue;
+    body_.tracker.setBodyPose(i, T_camera_ct->inverse() * T_camera_body);
+    return true;
+  }
+  return false;
+}
+
+bool RegistrationPipeline::hasStart(double stamp_s) const {
+  return body_.tracker.prediction(stamp_s) || std::any_of(own_.begin(), own_.end(), [&](const RegisteredBody& own) {
+           return own.tracker.prediction(stamp_s).has_value();
+         });
+}
+
 void RegistrationPipeline::reset() {
   body_.forgetPose();
   for (RegisteredBody& body : own_) body.forgetPose();
   device_.forgetFault(&body_);
   if (!body_.registrar) closeOwn();
+  startConfigured();
 }
 
 void RegistrationPipeline::closeOwn() {
@@ -173,23 +218,28 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
                                            const std::optional<RigidTransform>& T_camera_now_camera_last) {
   const Stopwatch watch;
   FrameOutcome outcome;
-  outcome.result.reason = reasonToRefuse(stamp_s, std::move(views), T_camera_now_camera_last, &outcome);
+  outcome.result.reason = reasonToRefuse(stamp_s, std::move(views), &outcome);
   if (outcome.result.reason.empty()) {
+    const CameraMotion moved{body_.last_accepted_s, T_camera_now_camera_last};
     outcome.result = solve(stamp_s, outcome, T_camera_now_camera_last);
     outcome.registered = outcome.result.solved;
-    takeOnlyBody(&outcome.result);
-    solveOwn(stamp_s, outcome.views, &outcome.result);
+    takeOnlyBody(body_.centre_ct_mm, &outcome.result);
+    if (!outcome.result.accepted) {
+      refuseBodies("the CT around it was not accepted: " + outcome.result.reason, &outcome.result);
+    }
+    solveOwn(stamp_s, outcome.views, moved, &outcome.result);
+  } else {
+    refuseBodies(outcome.result.reason, &outcome.result);
+    refuseOwn(&outcome.result);
   }
   outcome.state = state();
   outcome.total_ms = watch.milliseconds();
   return outcome;
 }
 
-std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<RawView> views,
-                                                 const std::optional<RigidTransform>& T_camera_now_camera_last,
-                                                 FrameOutcome* outcome) {
+std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome) {
   if (!fault().empty()) return fault();
-  if (!hasCt()) return "no CT is loaded";
+  if (!hasCt()) return parameters_.needsCt() ? "no CT is loaded" : "no bodies are loaded";
   FrameViews frame = frame_maker_.make(std::move(views));
   outcome->prepare_ms = frame.prepare_ms;
   outcome->views = std::move(frame.views);
@@ -199,7 +249,7 @@ std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<Raw
   const bool enough = outcome->views_missing.empty() || parameters_.sync.allow_missing_view;
   if (outcome->views_used.empty() || !enough) return outcome->missing_because;
   if (!device_.isReady(&body_)) return fault();
-  if (!body_.tracker.prediction(stamp_s, T_camera_now_camera_last)) return "no initial pose is known yet";
+  if (!hasStart(stamp_s)) return "no initial pose is known yet";
   return "";
 }
 
@@ -230,19 +280,41 @@ RegistrationResult RegistrationPipeline::solve(double stamp_s, const FrameOutcom
   return result;
 }
 
+/// Bodies that are cut out of a CT that was not found: they are where it is, as far as anybody knows.
+void RegistrationPipeline::refuseBodies(const std::string& reason, RegistrationResult* result) const {
+  result->bodies.clear();
+  for (const BodyModel& body : body_.bodies) {
+    if (body.name == kOnlyBody) continue;
+    BodyResult refused;
+    refused.name = body.name;
+    refused.T_camera_body = result->T_camera_ct;
+    refused.reason = reason;
+    refused.centre_ct_mm = anatomicalCentreCt(body.volume);
+    result->bodies.push_back(std::move(refused));
+  }
+}
+
+void RegistrationPipeline::refuseOwn(RegistrationResult* result) const {
+  const RegistrationResult refused = refusedBecause(result->reason);
+  if (first_is_body_ && hasCt()) result->bodies.push_back(asBody(body_.name, refused, body_.centre_ct_mm));
+  for (const RegisteredBody& body : own_) result->bodies.push_back(asBody(body.name, refused, body.centre_ct_mm));
+}
+
 void RegistrationPipeline::solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views,
-                                    RegistrationResult* result) {
+                                    const CameraMotion& moved, RegistrationResult* result) {
   if (first_is_body_) result->bodies.push_back(asBody(body_.name, *result, body_.centre_ct_mm));
-  for (RegisteredBody& body : own_) result->bodies.push_back(solveOwn(stamp_s, views, &body));
+  for (RegisteredBody& body : own_) result->bodies.push_back(solveOwn(stamp_s, views, moved, &body));
 }
 
 BodyResult RegistrationPipeline::solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views,
-                                          RegisteredBody* body) {
+                                          const CameraMotion& moved, RegisteredBody* body) {
   RegistrationResult result;
   if (!device_.isReady(body)) return asBody(body->name, refusedBecause(fault()), body->centre_ct_mm);
   try {
     CheckedRegistrar registrar(body->registrar.get());
-    result = body->tracker.process(&registrar, present(views), stamp_s);
+    const bool seen_then = moved.since_s && body->last_accepted_s == moved.since_s;
+    result = body->tracker.process(&registrar, present(views), stamp_s,
+                                   seen_then ? moved.T_camera_now_camera_last : std::nullopt);
   } catch (const DeviceError& error) {
     // The next frame opens the device anew.
     closeOwn();
@@ -254,16 +326,6 @@ BodyResult RegistrationPipeline::solveOwn(double stamp_s, const std::vector<std:
   if (result.accepted) body->last_accepted_s = stamp_s;
   if (!result.accepted && result.reason.empty()) result.reason = "the registration was not accepted";
   return asBody(body->name, result, body->centre_ct_mm);
-}
-
-FloatImage RegistrationPipeline::renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) {
-  if (!body_.registrar) return {};
-  try {
-    return body_.registrar->renderDrr(camera, T_camera_ct);
-  } catch (const DeviceError& error) {
-    device_.rebuildAfter(error.what(), &body_);
-    return {};
-  }
 }
 
 Engine* RegistrationPipeline::engine() {

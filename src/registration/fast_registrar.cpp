@@ -173,4 +173,10 @@ FloatImage FastRegistrar::renderDrr(const XrayCamera& camera, const RigidTransfo
   return engine_->render(camera, 0, T_camera_ct);
 }
 
+std::vector<FloatImage> FastRegistrar::renderParts(const XrayCamera& camera, const RigidTransform& T_camera_ct,
+                                                   const std::vector<RigidTransform>& T_camera_bodies) {
+  if (!bodies_) return {renderDrr(camera, T_camera_ct)};
+  return bodies_->render(camera, T_camera_ct, T_camera_bodies);
+}
+
 }  // namespace xray_registration

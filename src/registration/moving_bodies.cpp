@@ -62,6 +62,15 @@ void MovingBodies::forget() {
   }
 }
 
+std::vector<FloatImage> MovingBodies::render(const XrayCamera& camera, const RigidTransform& T_camera_ct,
+                                             const std::vector<RigidTransform>& T_camera_bodies) const {
+  std::vector<FloatImage> parts = {rest_engine_->render(camera, 0, T_camera_ct)};
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    parts.push_back(bodies_[i].engine->render(camera, 0, T_camera_bodies.at(i)));
+  }
+  return parts;
+}
+
 void MovingBodies::leaveOutOf(DeviceViews* whole, const RigidTransform& T_camera_ct) const {
   std::vector<BodyPlace> places;
   for (const Body& body : bodies_) {

@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
-#include "registration/device_views.h"
 #include "registration/body_judgement.h"
 #include "registration/body_objective.h"
+#include "registration/device_views.h"
 #include "registration/solution.h"
 #include "xray_registration/registration/body.h"
 #include "xray_registration/registration/registrar.h"
@@ -33,6 +33,10 @@ class MovingBodies {
   /// Leaves the bodies' shadows out of the whole CT's views: for who asks whether the CT is right, where it has them at
   /// places that they have left.
   void leaveOutOf(DeviceViews* whole, const RigidTransform& T_camera_ct) const;
+
+  /// Line integrals of the rest, then of each body.
+  std::vector<FloatImage> render(const XrayCamera& camera, const RigidTransform& T_camera_ct,
+                                 const std::vector<RigidTransform>& T_camera_bodies) const;
 
   /// The next frame is a cold start of every body.
   void forget();

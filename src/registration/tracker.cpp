@@ -41,6 +41,12 @@ void Tracker::setPose(const RigidTransform& T_camera_ct, const std::vector<Rigid
   }
 }
 
+void Tracker::setBodyPose(std::size_t body, const RigidTransform& T_ct_body) {
+  FollowedBody given;
+  given.T_ct_body_given = T_ct_body;
+  bodies_.at(body) = given;
+}
+
 void Tracker::reset() {
   given_.reset();
   history_.clear();

@@ -1,15 +1,18 @@
 #include "xray_registration/ros/publishers.h"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <geometry_msgs/TransformStamped.h>
 
 #include "xray_registration/ros/conversions.h"
+#include "xray_registration/ros/result_transforms.h"
 #include "xray_registration/ros/surface_marker.h"
 
 namespace xray_registration {
 
 Publishers::Publishers(ros::NodeHandle private_node, const NodeParameters& parameters)
-    : frames_(parameters.frames), drr_encoding_(parameters.drr_encoding) {
+    : frames_(parameters.frames),
+      body_parameters_(parameters.bodies),
+      drr_encoding_(parameters.drr_encoding),
+      bodies_(private_node, parameters.bodies) {
   // A status is small, and every frame has one: a burst of frames that come faster than the network thread writes (one
   // of 150 lost statuses in a queue of 100) is told in full.
   status_ = private_node.advertise<RegistrationStatus>("status", 1000);
@@ -23,22 +26,16 @@ Publishers::Publishers(ros::NodeHandle private_node, const NodeParameters& param
   }
 }
 
-void Publishers::sendPose(const std_msgs::Header& header, const RegistrationResult& result,
-                          const Eigen::Vector3d& centre_ct_mm, const RigidTransform& T_fixed_camera) {
-  if (frames_.publish_tf && header.stamp > last_tf_stamp_) {
+void Publishers::sendResult(const std_msgs::Header& header, const RegistrationResult& result,
+                            const Eigen::Vector3d& centre_ct_mm, const RigidTransform& T_fixed_camera) {
+  const std::vector<geometry_msgs::TransformStamped> transforms =
+      resultTransforms(header, result, T_fixed_camera, frames_, body_parameters_);
+  if (frames_.publish_tf && !transforms.empty() && header.stamp > last_tf_stamp_) {
     last_tf_stamp_ = header.stamp;
-    RigidTransform T_parent_child = T_fixed_camera * result.T_camera_ct;
-    geometry_msgs::TransformStamped transform;
-    transform.header.stamp = header.stamp;
-    transform.header.frame_id = frames_.fixed.empty() ? header.frame_id : frames_.fixed;
-    transform.child_frame_id = frames_.ct;
-    if (frames_.invert_tf) {
-      T_parent_child = T_parent_child.inverse();
-      std::swap(transform.header.frame_id, transform.child_frame_id);
-    }
-    transform.transform = toTransform(T_parent_child);
-    broadcaster_.sendTransform(transform);
+    broadcaster_.sendTransform(transforms);
   }
+  bodies_.poses(header, result.bodies);
+  if (!result.accepted) return;
   geometry_msgs::PoseWithCovarianceStamped pose;
   pose.header = header;
   pose.pose = toPoseWithCovariance(result.T_camera_ct, result.covariance, centre_ct_mm);
@@ -51,14 +48,16 @@ void Publishers::drr(std::size_t view, const std_msgs::Header& header, const Flo
   drr_[view].publish(message);
 }
 
-void Publishers::overlay(std::size_t view, const std_msgs::Header& header, const XrayFrame& xray, const FloatImage& drr,
-                         bool accepted) const {
-  const OverlayColour colour = accepted ? OverlayColour::kAccepted : OverlayColour::kRefused;
-  sensor_msgs::Image message = toColourMessage(drawOverlay(xray.attenuation, xray.mask, drr, colour));
+void Publishers::overlay(std::size_t view, const std_msgs::Header& header, const XrayFrame& xray,
+                         const std::vector<OverlayLine>& lines) const {
+  sensor_msgs::Image message = toColourMessage(drawOverlay(xray.attenuation, xray.mask, lines));
   message.header = header;
   overlay_[view].publish(message);
 }
 
-void Publishers::surface(const TriangleMesh& mesh) const { surface_.publish(toMarker(mesh, frames_.ct)); }
+void Publishers::surface(const std::string& body, const TriangleMesh& mesh) const {
+  if (!body.empty()) return bodies_.surface(body, mesh);
+  surface_.publish(toMarker(mesh, frames_.ct));
+}
 
 }  // namespace xray_registration

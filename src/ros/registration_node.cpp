@@ -38,6 +38,17 @@ ViewSynchroniser::Options synchroniserOptions(const NodeParameters& parameters) 
   return options;
 }
 
+/// Why a request cannot be about this body; empty when it can. Without a name it is about the CT.
+std::string nameProblem(const std::string& body, const std::vector<BodyParameters>& bodies) {
+  if (body.empty()) return "";
+  std::string names;
+  for (const BodyParameters& known : bodies) {
+    if (known.name == body) return "";
+    names += (names.empty() ? "" : ", ") + known.name;
+  }
+  return "there is no body '" + body + "'; the parameter bodies has " + (names.empty() ? "none" : names);
+}
+
 }  // namespace
 
 Logger rosLogger() {
@@ -95,7 +106,7 @@ RegistrationNode::~RegistrationNode() {
   image_spinner_->stop();
   image_subscribers_.clear();
   info_subscribers_.clear();
-  pose_subscriber_.shutdown();
+  for (ros::Subscriber& subscriber : pose_subscribers_) subscriber.shutdown();
   worker_->stop();  // Answers a ~load_ct that waits, so that the service threads can end.
   for (ros::ServiceServer& service : services_) service.shutdown();
   service_spinner_->stop();
@@ -151,13 +162,21 @@ void RegistrationNode::advertiseServices() {
   services_.push_back(private_node_.advertiseService("reset", &RegistrationNode::reset, this));
   services_.push_back(private_node_.advertiseService("register_once", &RegistrationNode::registerOnce, this));
   services_.push_back(private_node_.advertiseService("set_enabled", &RegistrationNode::setEnabled, this));
-  pose_subscriber_ = service_node_.subscribe<geometry_msgs::PoseWithCovarianceStamped>(
-      "initialpose", 1, [this](const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
-        const RegistrationWorker::Answer answer = takePose(message->header, message->pose.pose);
+  subscribePose("initialpose", service_node_, "");
+  for (const BodyParameters& body : parameters_.bodies) {
+    subscribePose("bodies/" + body.name + "/initialpose", private_node_, body.name);
+  }
+}
+
+void RegistrationNode::subscribePose(const std::string& topic, const ros::NodeHandle& node, const std::string& body) {
+  ros::NodeHandle handle(node);
+  pose_subscribers_.push_back(handle.subscribe<geometry_msgs::PoseWithCovarianceStamped>(
+      topic, 1, [this, topic, body](const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
+        const RegistrationWorker::Answer answer = takePose(message->header, message->pose.pose, body);
         if (answer.success) return;
-        ROS_ERROR_STREAM("initialpose: " << answer.message);
-        statistics_.setError("initialpose: " + answer.message);
-      });
+        ROS_ERROR_STREAM(topic << ": " << answer.message);
+        statistics_.setError(topic + ": " + answer.message);
+      }));
 }
 
 bool RegistrationNode::loadCt(LoadCt::Request& request, LoadCt::Response& response) {
@@ -184,7 +203,9 @@ bool RegistrationNode::calibrate(Calibrate::Request& /*request*/, Calibrate::Res
   return true;
 }
 
-RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose) {
+RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose,
+                                                      const std::string& body) {
+  if (const std::string problem = nameProblem(body, parameters_.bodies); !problem.empty()) return {false, problem};
   if (header.frame_id.empty()) return {false, "header.frame_id is empty; name the frame that the pose is in"};
   RigidTransform T_frame_ct;
   try {
@@ -197,12 +218,12 @@ RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& he
     std::string why;
     if (!transforms_.lookup(camera_frame, header.frame_id, ros::Time(), 0.5, &why)) return {false, why};
   }
-  worker_->setPose(T_frame_ct, header.frame_id);
+  worker_->setPose(T_frame_ct, header.frame_id, body);
   return {true, camera_frame.empty() ? "taken; it is used when the first image comes" : "taken"};
 }
 
 bool RegistrationNode::setInitialPose(SetInitialPose::Request& request, SetInitialPose::Response& response) {
-  const RegistrationWorker::Answer answer = takePose(request.pose.header, request.pose.pose);
+  const RegistrationWorker::Answer answer = takePose(request.pose.header, request.pose.pose, request.body);
   response.success = static_cast<std::uint8_t>(answer.success);
   response.message = answer.message;
   return true;
@@ -265,6 +286,16 @@ void addSuspicions(const std::vector<SetupSuspicion>& suspicions, double limit_m
   }
 }
 
+/// What became of each body, and a warning that names those that were refused.
+void addBodies(const std::vector<NodeStatistics::Body>& bodies, diagnostic_updater::DiagnosticStatusWrapper* status) {
+  std::string refused;
+  for (const NodeStatistics::Body& body : bodies) {
+    status->add("body " + body.name, body.reason.empty() ? "accepted" : "refused: " + body.reason);
+    if (!body.reason.empty()) refused += (refused.empty() ? "" : ", ") + body.name;
+  }
+  if (!refused.empty()) status->mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, "refused bodies: " + refused);
+}
+
 }  // namespace
 
 void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const {
@@ -295,6 +326,7 @@ void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.add("frames dropped", values.dropped);
   status.add("frames refused", values.refused);
   status.add("last refusal", values.last_refusal);
+  addBodies(values.bodies, &status);
   addSuspicions(values.suspicions, parameters_.registrar.accept.max_setup_error_mm, &status);
   status.add("last error", values.last_error);
 }

@@ -2,25 +2,29 @@
 
 #include <ros/init.h>
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
 #include "calibration_answer.h"
 #include "xray_registration/ros/conversions.h"
+#include "xray_registration/ros/result_transforms.h"
 #include "xray_registration/ros/status_message.h"
-#include "xray_registration/ros/surface_marker.h"
-#include "xray_registration/volume/reduced_volume.h"
+#include "xray_registration/volume/bone_surface.h"
 
 namespace xray_registration {
 
 namespace {
 
-// Enough for a picture; bounds the time that the marching cubes take.
-constexpr std::size_t kSurfaceVoxels = std::size_t{160} * 160 * 160;
-
 double latencyOf(const std_msgs::Header& header) {
   const ros::Time now = ros::Time::now();
   return now.isZero() || header.stamp.isZero() ? 0.0 : now.toSec() - header.stamp.toSec();
+}
+
+std::vector<NodeStatistics::Body> bodiesOf(const RegistrationStatus& message) {
+  std::vector<NodeStatistics::Body> bodies;
+  for (const BodyStatus& body : message.bodies) bodies.push_back({body.name, body.accepted ? "" : body.reason});
+  return bodies;
 }
 
 }  // namespace
@@ -76,20 +80,25 @@ void RegistrationWorker::startUp() {
   }
   updateStatistics();
   startFromParameters();
-  if (parameters_.ct.path.empty()) {
-    log(logger_, LogLevel::kWarning, "parameter ct/path is not set: waiting for ~load_ct");
-  } else {
+  if (!parameters_.ct.path.empty()) {
     loadCtNow(parameters_.ct.path, "");
+  } else if (!parameters_.needsCt()) {
+    loadBodiesNow();
+  } else {
+    log(logger_, LogLevel::kWarning, "parameter ct/path is not set: waiting for ~load_ct");
   }
   opening_ = false;
 }
 
 void RegistrationWorker::startFromParameters() {
   pose_request_.reset();
+  body_requests_.clear();
   if (parameters_.initial_pose && initial_pose_applies_) {
     pose_request_ = PoseRequest{*parameters_.initial_pose, parameters_.initial_pose_frame};
   }
-  register_requested_ = pose_request_.has_value();
+  const auto has_start = [](const BodyParameters& body) { return body.initial_pose.has_value(); };
+  register_requested_ =
+      pose_request_.has_value() || std::any_of(parameters_.bodies.begin(), parameters_.bodies.end(), has_start);
 }
 
 std::future<RegistrationWorker::Answer> RegistrationWorker::loadCt(const std::string& path,
@@ -129,8 +138,25 @@ RegistrationWorker::Answer RegistrationWorker::loadCtNow(const std::string& path
   calibration_frames_.forget();
   loading_ = false;
   updateStatistics();
-  publishSurface();
+  publishSurfaces();
   return answer;
+}
+
+/// Bodies that have CTs or meshes of their own, with no CT around them.
+void RegistrationWorker::loadBodiesNow() {
+  statistics_->setState(pipeline_.state());
+  try {
+    pipeline_.loadBodies();
+    initial_pose_scope_.covers("", "");  // The initial pose is the first body's, not that of a CT that comes later.
+    for (const FollowedBodyInfo& body : pipeline_.followedBodies()) {
+      log(logger_, LogLevel::kInfo, "loaded body " + body.name);
+    }
+  } catch (const std::exception& error) {
+    log(logger_, LogLevel::kError, std::string("the bodies were not loaded: ") + error.what());
+    statistics_->setError(error.what());
+  }
+  updateStatistics();
+  publishSurfaces();
 }
 
 std::future<Calibrate::Response> RegistrationWorker::calibrate() {
@@ -176,17 +202,21 @@ Calibrate::Response RegistrationWorker::calibrateNow() {
   return answer;
 }
 
-void RegistrationWorker::publishSurface() {
-  const std::shared_ptr<const Volume> ct = pipeline_.ct();
+void RegistrationWorker::publishSurfaces() {
   pipeline_.dropCt();
-  if (!ct || parameters_.ct.surface_triangles == 0) return;
+  if (parameters_.ct.surface_triangles == 0) return;
   if (surface_.valid()) surface_.wait();
-  surface_ = std::async(std::launch::async, [this, ct] {
-    try {
-      publishers_->surface(boneSurface(reducedForDisplay(*ct, kSurfaceVoxels), parameters_.ct.surface_threshold_hu,
-                                       static_cast<std::size_t>(parameters_.ct.surface_triangles)));
-    } catch (const std::exception& error) {
-      log(logger_, LogLevel::kWarning, std::string("no bone surface: ") + error.what());
+  surface_ = std::async(std::launch::async, [this, shapes = pipeline_.shapes()] {
+    // What stands for the CT is shown as a body: nothing is left of a CT that was shown before.
+    if (shapes.empty() || !shapes.front().name.empty()) publishers_->surface("", {});
+    for (const BodyShape& shape : shapes) {
+      if (stopping_) return;
+      try {
+        publishers_->surface(shape.name, isoSurface(*shape.volume, shape.surface_per_mm,
+                                                    static_cast<std::size_t>(parameters_.ct.surface_triangles)));
+      } catch (const std::exception& error) {
+        log(logger_, LogLevel::kWarning, "no surface of " + shape.name + ": " + error.what());
+      }
     }
   });
 }
@@ -198,9 +228,15 @@ void RegistrationWorker::updateStatistics() {
   if (!pipeline_.fault().empty()) statistics_->setError(pipeline_.fault());
 }
 
-void RegistrationWorker::setPose(const RigidTransform& T_frame_ct, const std::string& frame_id) {
-  mailbox_.post([this, T_frame_ct, frame_id] {
-    pose_request_ = PoseRequest{T_frame_ct, frame_id};
+void RegistrationWorker::setPose(const RigidTransform& T_frame_ct, const std::string& frame_id,
+                                 const std::string& body) {
+  mailbox_.post([this, T_frame_ct, frame_id, body] {
+    const PoseRequest request{T_frame_ct, frame_id};
+    if (body.empty()) {
+      pose_request_ = request;
+    } else {
+      body_requests_[body] = request;
+    }
     register_requested_ = true;
   });
 }
@@ -246,7 +282,10 @@ void RegistrationWorker::offer(FrameMessages frame) {
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
   if (loading_) return refuse(frame.header, "a CT is being loaded");
   if (calibrating_) return refuse(frame.header, "a calibration is being worked out (~calibrate)");
-  if (opening_) return refuse(frame.header, "no CT is loaded; the device is being opened");
+  if (opening_) {
+    return refuse(frame.header, parameters_.needsCt() ? "no CT is loaded; the device is being opened"
+                                                      : "the bodies are being loaded");
+  }
   if (const std::optional<FrameMessages> replaced = mailbox_.put(std::move(frame))) drop(*replaced);
 }
 
@@ -263,7 +302,7 @@ void RegistrationWorker::refuse(const std_msgs::Header& header, const std::strin
 void RegistrationWorker::sayUnregistered(const std_msgs::Header& header, const std::string& reason) {
   FrameOutcome outcome;
   outcome.result.reason = reason;
-  RegistrationStatus message = statusMessage(outcome, header);
+  RegistrationStatus message = statusMessage(outcome, header, parameters_.bodies);
   message.latency = latencyOf(header);
   setNodeFields(statistics_->snapshot(), &message);
   publishers_->status(message);
@@ -303,8 +342,9 @@ void RegistrationWorker::handle(const FrameMessages& frame) {
     return refuse(frame.header,
                   frame.views.front().image ? "the image has no frame_id" : "the first view's frame is not known yet");
   }
-  if (header.frame_id == parameters_.frames.ct) {
-    return refuse(header, "the image's frame_id is '" + header.frame_id + "', the frame of the CT (frames/ct)");
+  if (const std::string problem = frameProblem(header.frame_id, parameters_.frames, parameters_.bodies);
+      !problem.empty()) {
+    return refuse(header, problem);
   }
   publishOutcome(frame, header, registerFrame(frame, header));
 }
@@ -322,6 +362,8 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
       if (i > 0) {
         const std::string& view_frame = message.image->header.frame_id;
         if (view_frame.empty()) throw FrameError("the image has no frame_id");
+        const std::string problem = frameProblem(view_frame, parameters_.frames, parameters_.bodies);
+        if (!problem.empty()) throw FrameError(problem);
         std::string why;
         const std::optional<RigidTransform> T_view_first =
             transforms_->lookup(view_frame, camera_frame, frame.header.stamp, parameters_.frames.tf_timeout_s, &why);
@@ -337,19 +379,42 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
   return views;
 }
 
+std::optional<RigidTransform> RegistrationWorker::inCamera(const PoseRequest& request, const std_msgs::Header& header,
+                                                           std::string* why) const {
+  if (request.frame_id.empty()) return request.T_frame_ct;
+  const std::optional<RigidTransform> T_camera_frame =
+      transforms_->lookup(header.frame_id, request.frame_id, header.stamp, parameters_.frames.tf_timeout_s, why);
+  if (!T_camera_frame) return std::nullopt;
+  return RigidTransform(*T_camera_frame * request.T_frame_ct);
+}
+
 std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
-  if (!pose_request_) return "";
-  RigidTransform T_camera_frame = RigidTransform::Identity();
-  if (!pose_request_->frame_id.empty()) {
+  if (pose_request_) {
     std::string why;
-    const std::optional<RigidTransform> found = transforms_->lookup(
-        header.frame_id, pose_request_->frame_id, header.stamp, parameters_.frames.tf_timeout_s, &why);
-    if (!found) return "the initial pose cannot be used: " + why;
-    T_camera_frame = *found;
+    const std::optional<RigidTransform> T_camera_ct = inCamera(*pose_request_, header, &why);
+    if (!T_camera_ct) return "the initial pose cannot be used: " + why;
+    pipeline_.setPose(*T_camera_ct);
+    pose_request_.reset();
   }
-  pipeline_.setPose(T_camera_frame * pose_request_->T_frame_ct);
-  pose_request_.reset();
+  resolveBodyPoses(header);
   return "";
+}
+
+/// After the CT's own, which puts the bodies where the CT has them. One that cannot be used yet holds up neither the CT
+/// nor the other bodies.
+void RegistrationWorker::resolveBodyPoses(const std_msgs::Header& header) {
+  for (auto request = body_requests_.begin(); request != body_requests_.end();) {
+    std::string why;
+    const std::optional<RigidTransform> T_camera_body = inCamera(request->second, header, &why);
+    if (!T_camera_body) {
+      statistics_->setError("the initial pose of '" + request->first + "' cannot be used: " + why);
+      ++request;
+    } else if (pipeline_.setBodyPose(request->first, *T_camera_body, header.stamp.toSec())) {
+      request = body_requests_.erase(request);
+    } else {
+      ++request;
+    }
+  }
 }
 
 /// Where the camera is in frames/fixed: asked once for a frame, for its start and for tf. A frame for which that is not
@@ -359,7 +424,7 @@ std::string RegistrationWorker::findCamera(const std_msgs::Header& header) {
   if (parameters_.frames.fixed.empty()) return "";
   T_fixed_camera_.reset();
   // What the pipeline refuses anyway needs no transform, and its reason comes first.
-  if (!pipeline_.fault().empty() || !pipeline_.hasCt() || !pipeline_.prediction(header.stamp.toSec())) return "";
+  if (!pipeline_.fault().empty() || !pipeline_.hasCt() || !pipeline_.hasStart(header.stamp.toSec())) return "";
   std::string why;
   T_fixed_camera_ = transforms_->lookup(parameters_.frames.fixed, header.frame_id, header.stamp,
                                         parameters_.frames.tf_timeout_s, &why);
@@ -410,12 +475,11 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
     statistics_->frameRegistered();
     statistics_->setSuspicions(result.suspicions);
   }
-  if (result.accepted) {
-    T_fixed_camera_accepted_ = T_fixed_camera_.value();
-    publishers_->sendPose(header, result, pipeline_.centreCt(), T_fixed_camera_accepted_);
-  }
+  // Where the camera is, is known of every frame that was looked at.
+  if (result.accepted) T_fixed_camera_accepted_ = T_fixed_camera_.value();
+  if (T_fixed_camera_) publishers_->sendResult(header, result, pipeline_.centreCt(), *T_fixed_camera_);
   updateStatistics();
-  RegistrationStatus message = statusMessage(outcome, header);
+  RegistrationStatus message = statusMessage(outcome, header, parameters_.bodies);
   message.latency = latencyOf(header);
   if (result.accepted) {
     statistics_->frameAccepted(message.latency, result.solve_ms);
@@ -423,23 +487,29 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
     statistics_->frameRefused(result.reason);
   }
   setNodeFields(statistics_->snapshot(), &message);
+  statistics_->setBodies(bodiesOf(message));
   publishers_->status(message);
   publishPictures(frame, outcome);
 }
 
 void RegistrationWorker::publishPictures(const FrameMessages& frame, const FrameOutcome& outcome) {
-  if (!outcome.registered) return;
+  const RegistrationResult& result = outcome.result;
+  const auto is_accepted = [](const BodyResult& body) { return body.accepted; };
+  const bool something_accepted =
+      result.accepted || std::any_of(result.bodies.begin(), result.bodies.end(), is_accepted);
+  if (!outcome.registered && !something_accepted) return;
   for (std::size_t i = 0; i < outcome.views.size(); ++i) {
-    const bool wants_drr = outcome.result.accepted && publishers_->wantsDrr(i);
+    const bool wants_drr = something_accepted && publishers_->wantsDrr(i);
     const bool wants_overlay = publishers_->wantsOverlay(i);
     if (!outcome.views[i] || !(wants_drr || wants_overlay)) continue;
     const ViewInput& view = *outcome.views[i];
     const std_msgs::Header& header = frame.views[i].image->header;  // The view's own: where and when it was taken.
     try {
-      const FloatImage drr = pipeline_.renderDrr(view.xray->camera, view.T_view_first * outcome.result.T_camera_ct);
-      if (drr.empty()) continue;
-      if (wants_drr) publishers_->drr(i, header, drr);
-      if (wants_overlay) publishers_->overlay(i, header, *view.xray, drr, outcome.result.accepted);
+      const DrrParts parts = pipeline_.renderParts(view, result);
+      const FloatImage drr = wants_drr ? acceptedDrr(parts, result) : FloatImage();
+      if (!drr.empty()) publishers_->drr(i, header, drr);
+      const std::vector<OverlayLine> lines = overlayLines(parts, result, parameters_.bodies);
+      if (wants_overlay && !lines.empty()) publishers_->overlay(i, header, *view.xray, lines);
     } catch (const std::exception& error) {
       log(logger_, LogLevel::kWarning, std::string("no picture of the result: ") + error.what());
     }

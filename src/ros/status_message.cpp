@@ -1,5 +1,7 @@
 #include "xray_registration/ros/status_message.h"
 
+#include <algorithm>
+
 #include "xray_registration/ros/conversions.h"
 
 namespace xray_registration {
@@ -34,9 +36,40 @@ Suspicion toMessage(const SetupSuspicion& suspicion) {
   return message;
 }
 
+BodyStatus toMessage(const BodyResult& body) {
+  BodyStatus message;
+  message.accepted = body.accepted;
+  message.reason = body.reason;
+  message.solved = body.solved;
+  message.pose = toPose(body.solved ? body.T_camera_body : RigidTransform::Identity());
+  if (!body.solved) return message;
+  message.iterations = static_cast<std::uint32_t>(body.iterations);
+  message.similarity = body.similarity;
+  message.inlier_fraction = body.inlier_fraction;
+  return message;
+}
+
+/// A body that nobody looked at: the frame was of no use, or where the CT is, is not known.
+BodyResult notLookedAt(const FrameOutcome& outcome) {
+  BodyResult body;
+  body.reason = outcome.registered ? "the CT around it was not accepted" : outcome.result.reason;
+  return body;
+}
+
+BodyStatus bodyStatus(const BodyParameters& parameters, const FrameOutcome& outcome) {
+  const std::vector<BodyResult>& results = outcome.result.bodies;
+  const auto found = std::find_if(results.begin(), results.end(),
+                                  [&](const BodyResult& result) { return result.name == parameters.name; });
+  BodyStatus message = toMessage(found == results.end() ? notLookedAt(outcome) : *found);
+  message.name = parameters.name;
+  message.frame = parameters.frame;
+  return message;
+}
+
 }  // namespace
 
-RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::Header& header) {
+RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::Header& header,
+                                 const std::vector<BodyParameters>& bodies) {
   const RegistrationResult& result = outcome.result;
   RegistrationStatus message;
   message.header = header;
@@ -53,6 +86,7 @@ RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::He
   message.condition_number = result.condition_number;
   message.registered = outcome.registered;
   message.pose = toPose(outcome.registered ? result.T_camera_ct : RigidTransform::Identity());
+  for (const BodyParameters& body : bodies) message.bodies.push_back(bodyStatus(body, outcome));
   for (const SetupSuspicion& suspicion : result.suspicions) message.suspicions.push_back(toMessage(suspicion));
   message.solve_time = result.solve_ms * 1e-3;
   message.upload_time = result.upload_ms * 1e-3;

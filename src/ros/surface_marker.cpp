@@ -2,17 +2,18 @@
 
 namespace xray_registration {
 
-visualization_msgs::Marker toMarker(const TriangleMesh& mesh, const std::string& frame_id) {
+visualization_msgs::Marker toMarker(const TriangleMesh& mesh, const std::string& frame_id,
+                                    const std::string& name_space, const Rgb& colour) {
   visualization_msgs::Marker marker;
   marker.header.frame_id = frame_id;
-  marker.ns = "ct_surface";
+  marker.ns = name_space;
   marker.type = visualization_msgs::Marker::TRIANGLE_LIST;
   marker.action = mesh.triangles.empty() ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
   marker.pose.orientation.w = 1.0;
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
-  marker.color.r = 0.93F;
-  marker.color.g = 0.89F;
-  marker.color.b = 0.78F;
+  marker.color.r = static_cast<float>(colour[0]) / 255.0F;
+  marker.color.g = static_cast<float>(colour[1]) / 255.0F;
+  marker.color.b = static_cast<float>(colour[2]) / 255.0F;
   marker.color.a = 1.0F;
   marker.frame_locked = 1;  // The bones follow the newest transform.
   marker.points.reserve(mesh.triangles.size() * 3);

@@ -14,9 +14,6 @@
 namespace xray_registration {
 namespace {
 
-// Muscle, cartilage and blood: some 4 % above water.
-constexpr int kSoftTissueHu = 40;
-
 std::string nameOf(const std::vector<int>& labels) {
   std::ostringstream text;
   text << (labels.size() == 1 ? "label" : "labels");
@@ -77,9 +74,8 @@ CutCt cutBodies(const Volume& ct, const AttenuationModel& model, const LabelVolu
     }
   }
   map.growInto(ct, growthReach(ct.grid, labels.grid));
-  const auto fill = static_cast<std::uint16_t>(
-      std::min<double>(std::round(attenuationOf(kSoftTissueHu, model) / result.rest.scale_per_mm),
-                       std::numeric_limits<std::uint16_t>::max()));
+  const auto fill = static_cast<std::uint16_t>(std::min<double>(
+      std::round(attenuationOf(kFillHu, model) / result.rest.scale_per_mm), std::numeric_limits<std::uint16_t>::max()));
   Cutter cutter(map, fill, &result.rest);
   for (std::size_t body = 0; body < labels_of_bodies.size(); ++body) {
     result.bodies.push_back(cutter.cut(static_cast<int>(body)));

@@ -113,14 +113,27 @@ TriangleMesh meshOf(const Padded& padded, const std::vector<std::uint8_t>& mask,
   return mesh;
 }
 
+/// Enough of a large volume for a display, without a copy of all of it.
+AttenuationVolume reduced(const AttenuationVolume& volume) {
+  const double voxels = static_cast<double>(volume.values.size());
+  const int factor = std::max(1, static_cast<int>(std::cbrt(voxels / static_cast<double>(kMaxVoxels))));
+  return factor == 1 ? volume : downsampled(volume, Eigen::Vector3i::Constant(factor));
+}
+
 }  // namespace
 
 TriangleMesh boneSurface(const Volume& ct, double threshold_hu, std::size_t max_triangles) {
   const AttenuationModel model{0.02, -1000.0};
   if (!(threshold_hu > model.threshold_hu) || max_triangles == 0) return {};
   if (ct.hu.empty() || *std::max_element(ct.hu.begin(), ct.hu.end()) <= threshold_hu) return {};
-  AttenuationVolume volume = fittedTo(toAttenuation(ct, model), kMaxVoxels * sizeof(std::uint16_t), {});
-  const double level = model.water_per_mm * (1.0 + threshold_hu / 1000.0) / volume.scale_per_mm;
+  return isoSurface(toAttenuation(ct, model), model.water_per_mm * (1.0 + threshold_hu / 1000.0), max_triangles);
+}
+
+TriangleMesh isoSurface(const AttenuationVolume& given, double level_per_mm, std::size_t max_triangles) {
+  if (given.values.empty() || !(level_per_mm > 0.0) || max_triangles == 0) return {};
+  const double level = level_per_mm / given.scale_per_mm;
+  if (*std::max_element(given.values.begin(), given.values.end()) <= level) return {};
+  AttenuationVolume volume = fittedTo(reduced(given), kMaxVoxels * sizeof(std::uint16_t), {});
   for (;;) {
     const Padded padded(volume, level);
     const std::vector<std::uint8_t> mask = padded.mask();

@@ -25,6 +25,10 @@ struct Script {
   bool takes_options = true;
   std::function<void()> on_set_volume;  ///< May throw; the old volume is gone by then.
 
+  std::vector<bool> accepts_bodies;          ///< One for each body; more are accepted.
+  std::function<void(BodyResult*)> on_body;  ///< Changes what a body's result would be.
+  std::vector<BodyStart> last_body_starts;
+
   int made = 0;
   int alive = 0;
   int volumes = 0;
@@ -58,6 +62,34 @@ class FakeRegistrar : public Registrar {
     ++script_->volumes;
   }
   bool hasVolume() const override { return has_volume_; }
+  void setBodies(const AttenuationVolume&, const std::vector<BodyModel>& bodies) override {
+    needVolume();
+    names_.clear();
+    for (const BodyModel& body : bodies) names_.push_back(body.name);
+  }
+  /// Each where it was looked for.
+  std::vector<BodyResult> registerBodies(const std::vector<BodyStart>& starts, RegistrationResult* rest) override {
+    script_->last_body_starts = starts;
+    std::vector<BodyResult> results(names_.size());
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      results[i].name = names_[i];
+      results[i].solved = true;
+      results[i].accepted = i >= script_->accepts_bodies.size() || script_->accepts_bodies[i];
+      if (!results[i].accepted) results[i].reason = names_[i] + " left the image";
+      results[i].T_camera_body = rest->T_camera_ct * starts.at(i).T_ct_body;
+      if (script_->on_body) script_->on_body(&results[i]);
+    }
+    return results;
+  }
+  /// Constant pictures: 1 is the rest, 10 the first body, 20 the second. renderDrr's are 0.
+  std::vector<FloatImage> renderParts(const XrayCamera& camera, const RigidTransform&,
+                                      const std::vector<RigidTransform>& T_camera_bodies) override {
+    std::vector<FloatImage> parts = {FloatImage(camera.width, camera.height, 1.0F)};
+    for (std::size_t i = 0; i < T_camera_bodies.size(); ++i) {
+      parts.emplace_back(camera.width, camera.height, 10.0F * static_cast<float>(i + 1));
+    }
+    return parts;
+  }
 
   RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& start,
                                    bool tracking) override {
@@ -110,6 +142,7 @@ class FakeRegistrar : public Registrar {
   }
 
   Script* script_;
+  std::vector<std::string> names_;  ///< Of its bodies.
   bool has_volume_ = false;
   bool is_empty_ = true;
 };

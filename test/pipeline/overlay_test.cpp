@@ -57,6 +57,27 @@ TEST(Overlay, RefusesOtherSizes) {
   EXPECT_THROW(drawOverlay({}, {}, {}, OverlayColour::kAccepted), std::invalid_argument);
 }
 
+TEST(Overlay, DrawsEachLineInItsColourAndARefusedOneDashed) {
+  FloatImage other(64, 48);
+  for (int v = 10; v < 40; ++v) {
+    for (int u = 50; u < 60; ++u) other.at(u, v) = 1.0F;
+  }
+  const FloatImage first = disc(3.0F);
+  const auto count = [&](bool dashed, const Rgb& colour) {
+    const RgbImage image =
+        drawOverlay(disc(2.0F), {}, {{&first, {255, 215, 0}, false}, {&other, {255, 50, 40}, dashed}});
+    return std::count(image.pixels.begin(), image.pixels.end(), colour);
+  };
+  const auto whole = count(false, {255, 50, 40});
+  const auto dashed = count(true, {255, 50, 40});
+  EXPECT_GT(count(true, {255, 215, 0}), 40);
+  EXPECT_GT(whole, 40);
+  EXPECT_GT(dashed, whole / 4);
+  EXPECT_LT(dashed, 3 * whole / 4);
+  const FloatImage small(3, 3);
+  EXPECT_THROW(drawOverlay(first, {}, {{&small}}), std::invalid_argument);
+}
+
 TEST(Overlay, ConstantImagesAreDrawn) {
   const FloatImage flat(64, 48, 1.0F);
   EXPECT_TRUE(isGrey(drawOverlay(flat, {}, flat, OverlayColour::kAccepted).at(5, 5)));

@@ -20,6 +20,31 @@
 
 namespace xray_registration {
 
+inline sensor_msgs::Image imageMessage(const Image<std::uint16_t>& xray, const ros::Time& stamp,
+                                       const std::string& frame_id) {
+  sensor_msgs::Image message;
+  message.header.stamp = stamp;
+  message.header.frame_id = frame_id;
+  message.width = static_cast<std::uint32_t>(xray.width);
+  message.height = static_cast<std::uint32_t>(xray.height);
+  message.encoding = "mono16";
+  message.step = message.width * 2;
+  message.data.resize(xray.pixels.size() * 2);
+  std::memcpy(message.data.data(), xray.pixels.data(), message.data.size());
+  return message;
+}
+
+inline sensor_msgs::CameraInfo infoMessage(const XrayCamera& camera, const std_msgs::Header& header) {
+  sensor_msgs::CameraInfo message;
+  message.header = header;
+  message.width = static_cast<std::uint32_t>(camera.width);
+  message.height = static_cast<std::uint32_t>(camera.height);
+  message.K = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
+  message.distortion_model = "plumb_bob";
+  message.D.assign(5, 0.0);
+  return message;
+}
+
 class Scene {
  public:
   /// Writes the CT below the folder for temporary files.
@@ -70,28 +95,10 @@ class Scene {
                            const std::string& frame_id) const {
     std::mt19937_64 random(42);
     const Image<std::uint16_t> xray = simulateXray(attenuation_, T_camera_ct, camera_, XrayPhysics{}, &random);
-    sensor_msgs::Image message;
-    message.header.stamp = stamp;
-    message.header.frame_id = frame_id;
-    message.width = static_cast<std::uint32_t>(xray.width);
-    message.height = static_cast<std::uint32_t>(xray.height);
-    message.encoding = "mono16";
-    message.step = message.width * 2;
-    message.data.resize(xray.pixels.size() * 2);
-    std::memcpy(message.data.data(), xray.pixels.data(), message.data.size());
-    return message;
+    return imageMessage(xray, stamp, frame_id);
   }
 
-  sensor_msgs::CameraInfo info(const std_msgs::Header& header) const {
-    sensor_msgs::CameraInfo message;
-    message.header = header;
-    message.width = static_cast<std::uint32_t>(camera_.width);
-    message.height = static_cast<std::uint32_t>(camera_.height);
-    message.K = {camera_.fx, 0, camera_.cx, 0, camera_.fy, camera_.cy, 0, 0, 1};
-    message.distortion_model = "plumb_bob";
-    message.D.assign(5, 0.0);
-    return message;
-  }
+  sensor_msgs::CameraInfo info(const std_msgs::Header& header) const { return infoMessage(camera_, header); }
 
  private:
   AttenuationVolume attenuation_;

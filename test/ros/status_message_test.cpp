@@ -64,5 +64,69 @@ TEST(StatusMessage, AFrameThatWasNotRegisteredHasNeitherPoseNorViews) {
   EXPECT_EQ(message.reason, "why");
 }
 
+BodyParameters configured(const std::string& name) {
+  BodyParameters body;
+  body.name = name;
+  body.frame = name + "_frame";
+  return body;
+}
+
+BodyResult found(const std::string& name) {
+  BodyResult body;
+  body.name = name;
+  body.solved = true;
+  body.accepted = true;
+  body.similarity = 0.6;
+  body.inlier_fraction = 0.7;
+  body.iterations = 9;
+  body.T_camera_body.translation() = Eigen::Vector3d(10.0, 20.0, 700.0);
+  return body;
+}
+
+TEST(StatusMessage, BodiesStandInTheOrderOfTheConfiguration) {
+  FrameOutcome frame = outcome();
+  frame.result.accepted = true;
+  BodyResult refused = found("T12");
+  refused.accepted = false;
+  refused.reason = "T12 left the image";
+  frame.result.bodies = {refused, found("T11")};
+  const RegistrationStatus message = statusMessage(frame, {}, {configured("T11"), configured("T12")});
+  ASSERT_EQ(message.bodies.size(), 2U);
+  const BodyStatus& first = message.bodies[0];
+  EXPECT_EQ(first.name, "T11");
+  EXPECT_EQ(first.frame, "T11_frame");
+  EXPECT_TRUE(first.accepted);
+  EXPECT_EQ(first.reason, "");
+  EXPECT_TRUE(first.solved);
+  EXPECT_EQ(first.similarity, 0.6);
+  EXPECT_EQ(first.inlier_fraction, 0.7);
+  EXPECT_EQ(first.iterations, 9U);
+  EXPECT_DOUBLE_EQ(first.pose.position.x, 0.01);
+  EXPECT_DOUBLE_EQ(first.pose.position.z, 0.7);
+  EXPECT_EQ(message.bodies[1].name, "T12");
+  EXPECT_FALSE(message.bodies[1].accepted);
+  EXPECT_EQ(message.bodies[1].reason, "T12 left the image");
+  EXPECT_DOUBLE_EQ(message.bodies[1].pose.position.z, 0.7);  // As found.
+}
+
+TEST(StatusMessage, ABodyWhoseCtWasRefusedHasAnEntryToo) {
+  const RegistrationStatus message = statusMessage(outcome(), {}, {configured("T11")});
+  ASSERT_EQ(message.bodies.size(), 1U);
+  EXPECT_EQ(message.bodies[0].name, "T11");
+  EXPECT_FALSE(message.bodies[0].accepted);
+  EXPECT_FALSE(message.bodies[0].solved);
+  EXPECT_EQ(message.bodies[0].reason, "the CT around it was not accepted");
+  EXPECT_EQ(message.bodies[0].pose.orientation.w, 1.0);
+}
+
+TEST(StatusMessage, ABodyOfAFrameThatWasNotLookedAtHasTheFramesReason) {
+  FrameOutcome refused = outcome();
+  refused.registered = false;
+  const RegistrationStatus message = statusMessage(refused, {}, {configured("T11")});
+  ASSERT_EQ(message.bodies.size(), 1U);
+  EXPECT_EQ(message.bodies[0].reason, "why");
+  EXPECT_EQ(message.bodies[0].pose.position.z, 0.0);
+}
+
 }  // namespace
 }  // namespace xray_registration

@@ -15,6 +15,12 @@ namespace xray_registration {
 /// What a live worker has done so far, for status and diagnostics. Thread-safe.
 class NodeStatistics {
  public:
+  /// Of a body in the newest frame that was looked at.
+  struct Body {
+    std::string name;
+    std::string reason;  ///< Why it was not accepted; empty when it was.
+  };
+
   struct Snapshot {
     TrackingState state = TrackingState::kWaitingForCt;
     std::string device;
@@ -28,7 +34,8 @@ class NodeStatistics {
     std::string last_error;    ///< Of the device, a CT, a pose or a parameter; not the reason of a refused frame.
     std::string last_refusal;  ///< Reason of the newest refused frame.
     std::vector<SetupSuspicion> suspicions;  ///< Of the newest registered frame.
-    double latency_s = 0.0;                  ///< Mean over the window.
+    std::vector<Body> bodies;
+    double latency_s = 0.0;  ///< Mean over the window.
     double max_latency_s = 0.0;
     double solve_ms = 0.0;
     double rate_hz = 0.0;  ///< Frames that were accepted, on the wall's clock.
@@ -40,6 +47,7 @@ class NodeStatistics {
   /// The solver ran; then comes frameAccepted or frameRefused.
   void frameRegistered();
   void setSuspicions(const std::vector<SetupSuspicion>& suspicions);
+  void setBodies(std::vector<Body> bodies);
   void frameAccepted(double latency_s, double solve_ms);
 
   void setState(TrackingState state);

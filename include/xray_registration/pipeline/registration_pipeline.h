@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "xray_registration/pipeline/device_host.h"
+#include "xray_registration/pipeline/drr_parts.h"
 #include "xray_registration/pipeline/frame_maker.h"
 #include "xray_registration/pipeline/parameters.h"
 #include "xray_registration/pipeline/registered_body.h"
@@ -23,9 +24,17 @@ struct FollowedBodyInfo {
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
 };
 
+/// What a body looks like.
+struct BodyShape {
+  std::string name;  ///< Empty: the CT around the bodies.
+  std::shared_ptr<const AttenuationVolume> volume;
+  double surface_per_mm = 0.0;  ///< Attenuation at its surface.
+};
+
 /// What became of a frame.
 struct FrameOutcome {
-  RegistrationResult result;  ///< Always has a reason when it is not accepted.
+  RegistrationResult result;  ///< Always has a reason when it is not accepted, and so has each of its bodies, which
+                              ///< are always those of followedBodies().
   /// The solver ran and gave a pose. Otherwise the frame was refused before (no CT, no pose, a view that is missing, a
   /// start that the method cannot use) or the device failed, and of the result only the reason means anything.
   bool registered = false;
@@ -75,7 +84,11 @@ class RegistrationPipeline {
   void setPose(const RigidTransform& T_camera_ct) { setPose(T_camera_ct, {}); }
   /// The same with starts of their own for some bodies.
   void setPose(const RigidTransform& T_camera_ct, const BodyPoses& T_camera_bodies);
-  /// Forgets the pose. A fault is forgotten too: the device is opened anew by the next frame.
+  /// A start of one body alone, in the first view's camera frame; the others go on. False, with nothing done, when
+  /// there is no body of that name, or when it is cut out of the CT and where that is, is not known yet.
+  bool setBodyPose(const std::string& body, const RigidTransform& T_camera_body, double stamp_s);
+  /// Forgets the pose, but for that of bodies that are configured to start somewhere. A fault is forgotten too: the
+  /// device is opened anew by the next frame.
   void reset();
 
   /// Registers one frame. Views come in the order of the parameter `views`; moved in, their pixels are not copied.
@@ -88,6 +101,12 @@ class RegistrationPipeline {
 
   /// DRR of the present CT in line integrals. Empty, with the fault set, when the device fails; empty without a CT.
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct);
+  /// The same of a frame's result with the bodies where they were found, accepted or not, as one of its views sees it.
+  DrrParts renderParts(const ViewInput& view, const RegistrationResult& result);
+
+  /// What is followed, for pictures of it: the CT (without a name, without its bodies) where none of the list stands
+  /// for it, and each body.
+  std::vector<BodyShape> shapes() const;
 
   /// Takes new thresholds and tuning while running (not the method, the views, or the device).
   void setTuning(const RegistrarOptions& registrar, const TrackerOptions& tracker);
@@ -99,6 +118,8 @@ class RegistrationPipeline {
   const std::string& ctName() const { return body_.name; }
   /// Start of the next registration, if there is one.
   std::optional<RigidTransform> prediction(double stamp_s) const { return body_.tracker.prediction(stamp_s); }
+  /// Whether the next frame can be registered: of the CT or of a body that is registered by itself a start is known.
+  bool hasStart(double stamp_s) const;
   /// Stamp of the last accepted frame since the pose was set; what `T_camera_now_camera_last` refers to.
   std::optional<double> lastAcceptedStamp() const { return body_.last_accepted_s; }
   Eigen::Vector3d centreCt() const { return body_.centre_ct_mm; }
@@ -116,12 +137,25 @@ class RegistrationPipeline {
 
  private:
   RegistrationPipeline(NodeParameters parameters, DeviceHost device, Logger logger);
-  std::string reasonToRefuse(double stamp_s, std::vector<RawView> views,
-                             const std::optional<RigidTransform>& T_camera_now_camera_last, FrameOutcome* outcome);
+  std::string reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome);
   void upload(std::vector<RegisteredBody> own);
   void closeOwn();
-  void solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, RegistrationResult* result);
-  BodyResult solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, RegisteredBody* body);
+  void refuseBodies(const std::string& reason, RegistrationResult* result) const;
+  void refuseOwn(RegistrationResult* result) const;
+  void startConfigured();
+  std::optional<RigidTransform> configuredStartOf(const std::string& body) const;
+  Registrar* registrarOf(const std::string& body);
+  DrrParts renderAll(const ViewInput& view, const RegistrationResult& result);
+  void renderCut(const ViewInput& view, const RegistrationResult& result, DrrParts* parts);
+  /// The camera's own, since a frame that lastAcceptedStamp() names.
+  struct CameraMotion {
+    std::optional<double> since_s;
+    std::optional<RigidTransform> T_camera_now_camera_last;
+  };
+  void solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, const CameraMotion& moved,
+                RegistrationResult* result);
+  BodyResult solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, const CameraMotion& moved,
+                      RegisteredBody* body);
   RegistrationResult solve(double stamp_s, const FrameOutcome& frame,
                            const std::optional<RigidTransform>& T_camera_now_camera_last);
 
@@ -129,7 +163,7 @@ class RegistrationPipeline {
   Logger logger_;
   FrameMaker frame_maker_;
   DeviceHost device_;
-  RegisteredBody body_;  ///< After device_: its registrar goes first.
+  RegisteredBody body_;              ///< After device_: its registrar goes first.
   std::vector<RegisteredBody> own_;  ///< Bodies that are registered by themselves, beside body_.
   bool first_is_body_ = false;       ///< body_ is the first body of the list, not the CT around them.
   std::shared_ptr<const Volume> ct_;

@@ -34,6 +34,8 @@ class FastRegistrar : public Registrar {
   std::vector<BodyResult> registerBodies(const std::vector<BodyStart>& starts, RegistrationResult* rest) override;
   void forget() override;
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override;
+  std::vector<FloatImage> renderParts(const XrayCamera& camera, const RigidTransform& T_camera_ct,
+                                      const std::vector<RigidTransform>& T_camera_bodies) override;
   Eigen::Vector3d centreCt() const override { return engine_->volume().centreCt(); }
   /// Other tuning than thresholds makes the next frame a cold start.
   bool setOptions(const RegistrarOptions& options) override;

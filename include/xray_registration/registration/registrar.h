@@ -87,6 +87,13 @@ class Registrar {
   /// DRR in line integrals (dimensionless) on the finest level.
   virtual FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) = 0;
 
+  /// The same in parts whose line integrals add: the CT without the bodies of setBodies, then each of them where it is
+  /// (one pose for each). The whole CT alone where this implementation knows no bodies.
+  virtual std::vector<FloatImage> renderParts(const XrayCamera& camera, const RigidTransform& T_camera_ct,
+                                              const std::vector<RigidTransform>& /*T_camera_bodies*/) {
+    return {renderDrr(camera, T_camera_ct)};
+  }
+
   /// The point in the CT frame that errors and updates are expressed about, mm.
   virtual Eigen::Vector3d centreCt() const = 0;
 

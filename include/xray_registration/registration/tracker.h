@@ -34,6 +34,8 @@ class Tracker {
   void setPose(const RigidTransform& T_camera_ct);
   /// The same with starts of the bodies against the CT.
   void setPose(const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_bodies);
+  /// A start of one body against the CT, whose own history goes on; that body's next registration is a cold start.
+  void setBodyPose(std::size_t body, const RigidTransform& T_ct_body);
   /// Forgets pose and history (a time jump, ~reset).
   void reset();
 

@@ -62,7 +62,9 @@ class RegistrationNode {
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool registerOnce(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool setEnabled(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  RegistrationWorker::Answer takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose);
+  RegistrationWorker::Answer takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose,
+                                      const std::string& body);
+  void subscribePose(const std::string& topic, const ros::NodeHandle& node, const std::string& body);
   void advertiseServices();
   void serveTuning();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const;
@@ -82,7 +84,7 @@ class RegistrationNode {
 
   std::vector<image_transport::Subscriber> image_subscribers_;
   std::vector<ros::Subscriber> info_subscribers_;
-  ros::Subscriber pose_subscriber_;
+  std::vector<ros::Subscriber> pose_subscribers_;
   std::vector<ros::ServiceServer> services_;
   ros::WallTimer watch_timer_;
   ros::WallTimer diagnostics_timer_;

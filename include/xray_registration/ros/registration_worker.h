@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <future>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,7 +50,8 @@ class RegistrationWorker {
   std::future<Calibrate::Response> calibrate();
 
   /// The CT's pose in `frame_id`; an empty one is the first view's optical frame. Resolved at the next frame's stamp.
-  void setPose(const RigidTransform& T_frame_ct, const std::string& frame_id);
+  /// With the name of a body it is that body's alone; one that is cut out of the CT waits until the CT has a pose.
+  void setPose(const RigidTransform& T_frame_ct, const std::string& frame_id, const std::string& body = "");
 
   /// Mode on_demand: register the next usable frame.
   void registerOnce();
@@ -78,15 +80,19 @@ class RegistrationWorker {
   void restartNow(const std::string& why);
   void startFromParameters();
   Answer loadCtNow(const std::string& path, const std::string& series_uid);
+  void loadBodiesNow();
   Calibrate::Response calibrateNow();
   void keepToCalibrate(const FrameMessages& frame, const FrameOutcome& outcome);
-  void publishSurface();
+  void publishSurfaces();
   void updateStatistics();
 
   void handle(const FrameMessages& frame);
   std::string stampProblem(const std_msgs::Header& header);
   std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
   std::string resolvePose(const std_msgs::Header& header);
+  void resolveBodyPoses(const std_msgs::Header& header);
+  std::optional<RigidTransform> inCamera(const PoseRequest& request, const std_msgs::Header& header,
+                                         std::string* why) const;
   std::string findCamera(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
   void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, const FrameOutcome& outcome);
@@ -113,6 +119,7 @@ class RegistrationWorker {
   // The worker thread's own.
   RegistrationPipeline pipeline_;
   std::optional<PoseRequest> pose_request_;
+  std::map<std::string, PoseRequest> body_requests_;  ///< By the body's name.
   bool register_requested_ = false;
   InitialPoseScope initial_pose_scope_;
   bool initial_pose_applies_ = true;

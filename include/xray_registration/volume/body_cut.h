@@ -6,6 +6,9 @@
 
 namespace xray_registration {
 
+/// What is left where a body was: muscle, cartilage and blood, some 4 % above water.
+constexpr int kFillHu = 40;
+
 /// A CT in parts whose line integrals add: what is left of it, and bodies that can be moved.
 struct CutCt {
   std::vector<AttenuationVolume> bodies;

@@ -1,0 +1,48 @@
+#include "xray_registration/pipeline/drr_parts.h"
+
+#include <algorithm>
+#include <functional>
+#include <string>
+
+namespace xray_registration {
+namespace {
+
+void add(const FloatImage& part, FloatImage* sum) {
+  if (part.empty()) return;
+  if (sum->empty()) {
+    *sum = part;
+    return;
+  }
+  std::transform(part.pixels.begin(), part.pixels.end(), sum->pixels.begin(), sum->pixels.begin(), std::plus<>());
+}
+
+Rgb colourOf(const std::string& name, const std::vector<BodyParameters>& bodies) {
+  const auto found =
+      std::find_if(bodies.begin(), bodies.end(), [&](const BodyParameters& body) { return body.name == name; });
+  return bodyColour(static_cast<std::size_t>(found - bodies.begin()));
+}
+
+}  // namespace
+
+FloatImage acceptedDrr(const DrrParts& parts, const RegistrationResult& result) {
+  FloatImage sum;
+  if (result.accepted) add(parts.ct, &sum);
+  for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
+    if (result.bodies[i].accepted) add(parts.bodies[i], &sum);
+  }
+  return sum;
+}
+
+std::vector<OverlayLine> overlayLines(const DrrParts& parts, const RegistrationResult& result,
+                                      const std::vector<BodyParameters>& bodies) {
+  std::vector<OverlayLine> lines;
+  if (!parts.ct.empty()) lines.push_back({&parts.ct, result.accepted ? kAcceptedColour : kRefusedColour});
+  for (std::size_t i = 0; i < parts.bodies.size(); ++i) {
+    if (parts.bodies[i].empty()) continue;
+    const BodyResult& body = result.bodies[i];
+    lines.push_back({&parts.bodies[i], body.accepted ? colourOf(body.name, bodies) : kRefusedColour, !body.accepted});
+  }
+  return lines;
+}
+
+}  // namespace xray_registration
