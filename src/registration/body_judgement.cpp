@@ -34,8 +34,9 @@ std::string reasonToRefuse(const DeviceViews& views, const BodyModel& model, con
                     model.max_translation_mm, " (max_translation)");
   }
   if (!(turned_rad <= model.max_rotation_rad)) {
-    return sentence(model.name, " turned ", turned_rad * kDegreesPerRadian, " degrees from where the CT has it, more than ",
-                    model.max_rotation_rad * kDegreesPerRadian, " (max_rotation)");
+    return sentence(model.name, " turned ", turned_rad * kDegreesPerRadian,
+                    " degrees from where the CT has it, more than ", model.max_rotation_rad * kDegreesPerRadian,
+                    " (max_rotation)");
   }
   if (!(result.similarity >= accept.min_similarity)) {
     return sentence("the X-rays do not show ", model.name, " there: similarity ", result.similarity, " is below ",

@@ -59,8 +59,7 @@ void addWindow(double pixels, const Cleared& w, StepSums* sums) {
   // Of the residual X − a − bC − cB by the pose, through B alone: a, b, c are at their best.
   const Twist gradient = -pixels * factor / left * (w.by_xray - factor * w.by_body).transpose();
   const double curvature = pixels * factor * factor / left;
-  const Matrix6d matrix =
-      curvature * (w.by_both - w.by_body.transpose() * w.by_body / (w.body + kFlat * kFlat));
+  const Matrix6d matrix = curvature * (w.by_both - w.by_body.transpose() * w.by_body / (w.body + kFlat * kFlat));
   sums->gradient += gradient;
   sums->matrix += matrix;
   sums->scatter += gradient * gradient.transpose();

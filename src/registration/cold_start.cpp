@@ -110,9 +110,8 @@ std::size_t Attempts::bestOf(const std::vector<Attempt>& attempts) const {
     const Attempt& candidate = attempts[i];
     const Attempt& present = attempts[best];
     const bool better = isUsable(candidate) == isUsable(present)
-                            ? !candidate.solution.failed &&
-                                  (present.solution.failed ||
-                                   candidate.solution.likeness() > present.solution.likeness())
+                            ? !candidate.solution.failed && (present.solution.failed || candidate.solution.likeness() >
+                                                                                            present.solution.likeness())
                             : isUsable(candidate);
     if (better) best = i;
   }

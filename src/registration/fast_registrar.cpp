@@ -121,8 +121,8 @@ std::vector<BodyResult> FastRegistrar::registerBodies(const std::vector<BodyStar
   if (!bodies_ || !solution_ || !rest->accepted) return {};
   const Stopwatch watch;
   std::vector<BodyResult> results = bodies_->registerIn(*views_, starts, options_, solution_.get());
-  const Matrix6d considered = options_.check_every > 0 ? setup_check_->consideredCovariance(options_.setup)
-                                                       : Matrix6d(Matrix6d::Zero());
+  const Matrix6d considered =
+      options_.check_every > 0 ? setup_check_->consideredCovariance(options_.setup) : Matrix6d(Matrix6d::Zero());
   describe(*solution_, finestSpan(options_.similarity), rest);
   rest->covariance += considered;
   for (BodyResult& body : results) {

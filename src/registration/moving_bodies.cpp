@@ -157,9 +157,9 @@ std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const
     Body& body = bodies_[i];
     const RegistrarOptions own = optionsFor(body.model, options);
     const bool tracked = starts[i].tracking && body.found;
-    const double reach_mm = tracked ? kTrackedMarginMm
-                                    : body.model.max_translation_mm +
-                                          body.engine->volume().radiusMm() * body.model.max_rotation_rad;
+    const double reach_mm =
+        tracked ? kTrackedMarginMm
+                : body.model.max_translation_mm + body.engine->volume().radiusMm() * body.model.max_rotation_rad;
     look(views, &body, rest->T_camera_ct * (tracked ? T_ct_body[i] : RigidTransform::Identity()), reach_mm,
          rest->T_camera_ct, T_ct_body);
     BodyObjective objective(body.engine.get(), body.views.get(), own, &budgets[i]);

@@ -94,7 +94,6 @@ void pack(const RayMotion& motion, float* floats) {
   floats[layout::kMotionRadial] = static_cast<float>(motion.radial);
   floats[layout::kMotionSwirl] = static_cast<float>(motion.swirl);
   floats[layout::kMotionOfCamera] = motion.of_camera ? 1.0F : 0.0F;
-  floats[layout::kMotionDensity] = static_cast<float>(motion.density);
 }
 
 /// Work-groups of the windows' kernel.
@@ -334,8 +333,8 @@ class EngineOpenCl : public Engine {
     planTiles(ct, seen.tiles_x, seen.tiles(), T_camera_ct.size(), xray.usedTiles(xray_level));
     bench_.run(&k.sums.at(static_cast<std::size_t>(similarity)), groupsOf(k.items_per_tile, groups, &march_event_),
                ct.words, ct.grid, poses_.get(), plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width,
-               seen.camera.height, xray.attenuation(xray_level), xray.weight(xray_level),
-               xray.surroundings(xray_level), xray.surrounded(xray_level), static_cast<float>(xray.saturation()),
+               seen.camera.height, xray.attenuation(xray_level), xray.weight(xray_level), xray.surroundings(xray_level),
+               xray.surrounded(xray_level), static_cast<float>(xray.saturation()),
                sums_.atLeast(groups * layout::kSumStride * sizeof(float), &bench_));
   }
 
@@ -363,8 +362,7 @@ class EngineOpenCl : public Engine {
                                        int volume_level, const RigidTransform& T_camera_ct) {
     return guarded(device_->name(), "rendering a DRR", [&] {
       const int tiles = layout::tilesFor(camera.width) * layout::tilesFor(camera.height);
-      const cl::Buffer& drawn =
-          draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
+      const cl::Buffer& drawn = draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
       std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
       const std::size_t bytes = sizeof(float) * images.front().pixels.size();
       for (std::size_t i = 0; i < count; ++i) {
@@ -375,8 +373,8 @@ class EngineOpenCl : public Engine {
   }
 
   /// Runs such a kernel on the used tiles.
-  const cl::Buffer& draw(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera,
-                         int volume_level, const RigidTransform& T_camera_ct, const cl::Buffer& used_tiles) {
+  const cl::Buffer& draw(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera, int volume_level,
+                         const RigidTransform& T_camera_ct, const cl::Buffer& used_tiles) {
     const OpenClLevel& ct = level(volume_level);
     const int tiles_x = layout::tilesFor(camera.width);
     const int tiles = tiles_x * layout::tilesFor(camera.height);

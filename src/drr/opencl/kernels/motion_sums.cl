@@ -31,8 +31,7 @@ INLINE float derivative_by(__global const float* motion, const RayGradient gradi
                        r2 * (motion[M_RADIAL] * outwards + motion[M_SWIRL] * turned);
   // A ray of the camera that leans more is longer between two slices.
   const float lengthened = motion[M_OF_CAMERA] * value * dot(d, moved) / (r2 + 1.0f);
-  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened +
-         motion[M_DENSITY] * value;
+  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened;
 }
 
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
