@@ -20,13 +20,6 @@ constexpr double kFlat = 0.002;
 /// A window finds the body by itself when its residual's variance falls by a sixth: partial correlation 0.4.
 constexpr double kInlierGain = 0.84;
 
-std::vector<RayMotion> motionsOf(const Eigen::Vector3d& centre_view_mm) {
-  std::vector<RayMotion> motions;
-  for (int i = 0; i < 6; ++i) motions.push_back(motionByTwist(i, centre_view_mm));
-  motions.push_back(motionByDensity());
-  return motions;
-}
-
 using RowOfSix = Eigen::Matrix<double, 1, 6>;
 
 /// What is not explained by the surroundings: everything of a window cleared of C by regression.
@@ -81,9 +74,8 @@ StepSums BodyObjective::evaluateOne(const Stage& stage, const RigidTransform& T_
     views().drawSurroundings(view, stage.level);
     const RigidTransform T_view_body = view.T_view_first * T_camera_body;
     const XrayCamera& camera = view.level(stage.level).camera;
-    const TileProducts products = engine()->addUpTiles(
-        view.xray.get(), stage.level, views().volumeLevel(camera, T_view_body), camera, Eigen::Affine3d(T_view_body),
-        motionsOf(T_view_body * views().centreCt()));
+    const TileProducts products =
+        engine()->addUpBody(view.xray.get(), stage.level, views().volumeLevel(camera, T_view_body), T_view_body);
     StepSums sums;
     forEachWindowCovariance(products, stage.span, [&sums](double pixels, const WindowCovariance& covariance) {
       addWindow(pixels, Cleared(covariance), &sums);

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kCoarseSteps = 12;
 constexpr int kFineSteps = 8;
-constexpr int kTrackedSteps = 6;
-constexpr int kTrackedFineSteps = 4;
+constexpr int kTrackedSteps = 2;
+constexpr int kTrackedFineSteps = 3;
 /// Places of the coarse level that are looked at on the finest.
 constexpr std::size_t kPlaces = 3;
 

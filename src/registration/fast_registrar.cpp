@@ -78,6 +78,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   result.solved = true;
 
   views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels);
+  if (options_.saturation > 0.0) views_->setSaturation(options_.saturation);
   result.upload_ms = watch.milliseconds();
 
   StepBudget budget(options_.max_steps_per_frame);

@@ -186,7 +186,7 @@ class Implant : public testing::Test {
 TEST_F(Implant, NeedsNoCt) {
   BodyProbe implant("implant", {"plate"});
   ASSERT_TRUE(implant.connected());
-  const AttenuationVolume volume = voxelise(readMesh(mesh()), 0.05);
+  const AttenuationVolume volume = voxelise(readMesh(mesh()), 0.02);
   const Eigen::Vector3d centre = anatomicalCentreCt(volume);
   const RigidTransform truth = TwoCameras::lookingAt(centre);
   Twist off;

@@ -196,7 +196,25 @@ class EngineOpenCl : public Engine {
       products.sums.resize(static_cast<std::size_t>(tiled.tiles() * products.stride()));
       uploadPose(poseParameters(level(volume_level), camera, T_camera_ct.inverse(), Eigen::Vector3d::Zero()));
       uploadMotions(motions);
-      runMotionSums(seen, xray_level, level(volume_level), static_cast<cl_int>(motions.size()), &products.sums);
+      runTileSums(&FastKernels::motion_sums, seen, xray_level, level(volume_level), &products.sums, motions_.get(),
+                  static_cast<cl_int>(motions.size()));
+      return products;
+    });
+  }
+
+  TileProducts addUpBody(ResidentXray* xray, int xray_level, int volume_level,
+                         const RigidTransform& T_camera_body) override {
+    return guarded(device_->name(), "adding up a body's tiles", [&] {
+      OpenClXray& seen = own(xray);
+      seen.makeReady(xray_level, &bench_);
+      const ResidentXray::Level& tiled = seen.level(xray_level);
+      TileProducts products;
+      products.tiles_x = tiled.tiles_x;
+      products.tiles_y = tiled.tiles_y;
+      products.vectors = layout::kVectors + 1;
+      products.sums.resize(static_cast<std::size_t>(tiled.tiles() * products.stride()));
+      uploadPoses(level(volume_level), tiled.camera, {T_camera_body});
+      runTileSums(&FastKernels::body_sums, seen, xray_level, level(volume_level), &products.sums);
       return products;
     });
   }
@@ -272,18 +290,20 @@ class EngineOpenCl : public Engine {
     bench_.queue().enqueueWriteBuffer(motions_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, motion_staging_.data());
   }
 
-  void runMotionSums(const OpenClXray& xray, int xray_level, const OpenClLevel& ct, cl_int motions,
-                     std::vector<float>* sums) {
+  /// Runs such a kernel for one pose and reads the sums of all tiles.
+  template <typename... More>
+  void runTileSums(cl::Kernel FastKernels::*kernel, const OpenClXray& xray, int xray_level, const OpenClLevel& ct,
+                   std::vector<float>* sums, const More&... more) {
     const ResidentXray::Level& seen = xray.level(xray_level);
     const auto groups = static_cast<std::size_t>(seen.tiles());
     FastKernels& k = bench_.kernels(chooseSplit(groups));
     planTiles(ct, seen.tiles_x, seen.tiles(), 1, xray.usedTiles(xray_level));
     const std::size_t bytes = sizeof(float) * sums->size();
     const cl::Buffer& out = sums_.atLeast(bytes, &bench_);
-    bench_.run(&k.motion_sums, groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
+    bench_.run(&(k.*kernel), groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
                plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width, seen.camera.height,
                xray.attenuation(xray_level), xray.weight(xray_level), xray.surroundings(xray_level),
-               xray.surrounded(xray_level), static_cast<float>(xray.saturation()), out, motions_.get(), motions);
+               xray.surrounded(xray_level), static_cast<float>(xray.saturation()), out, more...);
     bench_.queue().enqueueReadBuffer(out, CL_TRUE, 0, bytes, sums->data());
   }
 

@@ -42,6 +42,8 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
   __local float weighted[RAYS];
   __local float reference[2];
   PREPARE_RAYS
+  const int count = 3 + motion_count;
+  SKIP_UNUSED_TILE(count * (count + 1) / 2, count * (count + 1) / 2 + 2)
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
   REFERENCE_OF_TILE
@@ -70,7 +72,6 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
       }
     }
   }
-  const int count = 3 + motion_count;
   __global float* out = sums_out + (size_t)get_group_id(0) * (count * (count + 1) / 2 + 2);
   int pair = 0;
   for (int first = 0; first < count; ++first) {
