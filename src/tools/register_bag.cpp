@@ -162,7 +162,7 @@ RigidTransform setStarts(const Arguments& arguments, const BagSession& session, 
     const auto start = bodies.find(body.name);
     if (start != bodies.end()) start->second = disturbed(start->second, body.centre_mm);
   }
-  const RigidTransform start = disturbed(startPose(source, session, pipeline->parameters()), pipeline->centreCt());
+  RigidTransform start = disturbed(startPose(source, session, pipeline->parameters()), pipeline->centreCt());
   pipeline->setPose(start, bodies);
   return start;
 }

@@ -177,7 +177,7 @@ class Simulated(BodiesTest):
 
     def test_evaluate_tells_of_bodies(self):
         words = ['--ct', self.work('pelvis.nii.gz'), '--bag', self.work('session.bag'), '--config', self.work('pelvis.yaml')]
-        output, _ = self.tool('evaluate', *words, '--trials', 3, '--rotation', 2, '--translation', 3, '--body-rotation', 1,
+        output, _ = self.tool('evaluate', *words, '--trials', 1, '--rotation', 2, '--translation', 3, '--body-rotation', 1,
                               '--body-translation', 1, '--json', self.work('trials.json'), '--plot', self.work('trials.png'))
         self.check_is_png('trials.png')
         for trial in self.report('trials.json')['trials']:
