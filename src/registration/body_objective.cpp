@@ -1,6 +1,7 @@
 #include "registration/body_objective.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "xray_registration/drr/window_evidence.h"
@@ -92,6 +93,12 @@ StepSums BodyObjective::evaluateOne(const Stage& stage, const RigidTransform& T_
     total.inlier_fraction /= total.content;
   }
   return total;
+}
+
+GaussNewtonOptions BodyObjective::solverFor(const Stage& stage, const RigidTransform& start) const {
+  GaussNewtonOptions solver = FrameObjective::solverFor(stage, start);
+  solver.radius_mm = std::min(solver.radius_mm, engine()->volume().radiusMm());
+  return solver;
 }
 
 std::vector<StepSums> BodyObjective::evaluate(const Stage& stage, double /*robust_scale2*/,
