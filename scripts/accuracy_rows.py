@@ -16,6 +16,7 @@ HEAD_AP = HEAD_BOTH[:2] + ('ap',)
 class Row:
     """One line of a table: which session, the range of the starts (degrees, mm; None tracks it), what to reach, and the
     key in WRONG of what the registration is told wrongly. Pictures take their time where a cold start takes seconds."""
+    bodies = None
 
     def __init__(self, name, session, start, goals, trials=100, wrong=None, drawn=True):
         self.name, self.start, self.goals, self.trials, self.wrong = name, start, goals, trials, wrong
@@ -26,6 +27,17 @@ class Row:
         if self.views:
             self.title += ' (%s)' % self.views.replace(',', ' + ')
         self.start_text = 'tracked' if start is None else '%g°, %g mm' % start
+
+
+class BodyRow(Row):
+    """A row of bodies that move on their own: `bodies` is the key in BODIES, `body_start` their range against the CT's
+    start. `good`: what a good result is within, beside 1 mm; `real`: real X-rays, whose truth has an error of its own."""
+
+    def __init__(self, name, session, bodies, start, body_start=(0, 0), trials=100, goals=None, good=None, real=False):
+        super().__init__(name, session, start, goals or {}, trials, drawn=False)
+        self.bodies, self.body_start, self.good, self.real = bodies, body_start, good or {}, real
+        if self.start and any(body_start):
+            self.start_text += '; bodies %g°, %g mm' % body_start
 
 
 def goals(**limits):
@@ -90,3 +102,45 @@ WRONG_OF = {
 }
 WRONG_ROWS = [Row('%s_%s' % (name, wrong), session, (5, 5) if name.startswith('wrist') else (6, 10), {}, wrong=wrong)
               for name, (session, all_wrong) in WRONG_OF.items() for wrong in all_wrong.split()]
+
+SPINE = ('spine/thorax_1.4mm.nii.gz', 'spine/spine_biplane.bag', 'ap,lateral')
+SPINE_AP = SPINE[:2] + ('ap',)
+OWN_WRIST_BONES = ('', 'wrist/wrist_bones.bag', 'cam01,cam02', '--target-size', '40')
+KNEE = ('', 'knee_implants/knee.bag', '', '--target-size', '40')
+
+# Configurations of bodies.
+BODIES = {
+    'vertebrae': '''ct: {{mask: {data}/spine/thorax_labels.nii.gz}}
+bodies:
+  - {{name: T12, label: 32, max_rotation: 0.1, max_translation: 0.008}}
+  - {{name: T11, label: 33, max_rotation: 0.1, max_translation: 0.008}}
+  - {{name: T10, label: 34, max_rotation: 0.1, max_translation: 0.008}}
+''',
+    'forearm': '''bodies:
+  - {{name: radius, ct: {data}/wrist/radius.nii.gz, max_rotation: 0.3, max_translation: 0.005}}
+  - {{name: ulna, ct: {data}/wrist/ulna.nii.gz, max_rotation: 0.3, max_translation: 0.005}}
+''',
+    'implants': '''image: {{find_metal: false}}
+bodies:
+  - {{name: femur, mesh: {data}/knee_implants/femur.stl, max_rotation: 0.2, max_translation: 0.01}}
+  - {{name: tibia, mesh: {data}/knee_implants/tibia.stl, max_rotation: 0.2, max_translation: 0.01}}
+''',
+}
+
+
+def limits(**given):
+    """Of what moving_bodies.py measures: shares of what is good, accepted or agrees are to be reached, all else is not to
+    be exceeded."""
+    return {key: ('>=' if key in ('good', 'accepted', 'agree') else '<=', limit) for key, limit in given.items()}
+
+
+BODY_ROWS = [
+    BodyRow('spine', SPINE, 'vertebrae', (3, 5), (2, 2), goals=limits(good=0.95, mtre=0.3, inplane=0.1)),
+    BodyRow('spine_ap', SPINE_AP, 'vertebrae', (3, 5), (2, 2), goals=limits(inplane=0.2)),
+    # One vertebra up or down is 25 to 35 mm; nothing wrong may be accepted.
+    BodyRow('spine_level', SPINE, 'vertebrae', (3, 5), (2, 30), goals=limits(false=0)),
+    BodyRow('spine_tracked', SPINE, 'vertebrae', None, goals=limits(accepted=1.0, mtre=0.3, inplane=0.1)),
+    BodyRow('wrist_own', OWN_WRIST_BONES, 'forearm', (5, 5), trials=40, goals=limits(agree=0.9), real=True),
+    BodyRow('knee', KNEE, 'implants', (5, 5), trials=30, goals=limits(good=0.9), good={'final_rotation_deg': 1.5},
+            real=True),
+]

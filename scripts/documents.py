@@ -66,6 +66,11 @@ def number(value):
     return math.inf if value is None else value
 
 
+def without_numbers(reason):
+    """A reason without its numbers and what stands behind a colon, so that equal causes are counted together."""
+    return re.sub('[0-9]+([.][0-9]+)?', '…', reason.split(':')[0])
+
+
 def table(titles, rows):
     lines = ['| ' + ' | '.join(titles) + ' |', '|' + ' --- |' * len(titles)]
     return '\n'.join(lines + ['| ' + ' | '.join(row) + ' |' for row in rows]) + '\n'

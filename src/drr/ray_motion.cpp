@@ -45,12 +45,6 @@ RayMotion motionBySwirl() {
   return motion;
 }
 
-RayMotion motionByDensity() {
-  RayMotion motion;
-  motion.density = 1.0;
-  return motion;
-}
-
 RayMotion motionByStrain(const Eigen::Matrix3d& strain_ct, const RigidTransform& T_camera_ct,
                          const Eigen::Vector3d& centre_camera_mm) {
   const Eigen::Matrix3d strain = T_camera_ct.linear() * strain_ct * T_camera_ct.linear().transpose();

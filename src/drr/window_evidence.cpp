@@ -41,6 +41,15 @@ Products windowProducts(const TileProducts& products, int x, int y, int span_x, 
   return sums;
 }
 
+/// Pixels of a window, before anything else is added up: most windows of a small body hold none.
+double pixelsOf(const TileProducts& products, int x, int y, int span_x, int span_y) {
+  double pixels = 0.0;
+  for (int row = y; row < y + span_y; ++row) {
+    for (int column = x; column < x + span_x; ++column) pixels += products.tile(column, row)[0];
+  }
+  return pixels;
+}
+
 Products covarianceOf(const Products& sums) {
   const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostVectors, 1> mean = sums.col(0) / sums(0, 0);
   return sums / sums(0, 0) - mean * mean.transpose();
@@ -78,8 +87,9 @@ void forEachWindowCovariance(const TileProducts& products, int span,
   const WindowGrid grid(products.tiles_x, products.tiles_y, span);
   for (int y = 0; y < grid.windows_y; ++y) {
     for (int x = 0; x < grid.windows_x; ++x) {
+      if (!(pixelsOf(products, x, y, grid.span_x, grid.span_y) >= grid.min_weight)) continue;
       const Products sums = windowProducts(products, x, y, grid.span_x, grid.span_y);
-      if (sums(0, 0) >= grid.min_weight) look(sums(0, 0), covarianceOf(sums));
+      look(sums(0, 0), covarianceOf(sums));
     }
   }
 }
@@ -89,8 +99,8 @@ void forEachWindow(const TileProducts& products, const WindowOptions& options,
   const WindowGrid grid(products.tiles_x, products.tiles_y, options.span);
   for (int y = 0; y < grid.windows_y; ++y) {
     for (int x = 0; x < grid.windows_x; ++x) {
+      if (!(pixelsOf(products, x, y, grid.span_x, grid.span_y) >= grid.min_weight)) continue;
       const Products sums = windowProducts(products, x, y, grid.span_x, grid.span_y);
-      if (!(sums(0, 0) >= grid.min_weight)) continue;
       WindowEvidence window = evidenceOf(sums, options);
       window.x = x;
       window.y = y;

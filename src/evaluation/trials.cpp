@@ -39,6 +39,7 @@ void addBodies(const RegistrationResult& result, const EvaluationFrame& frame, T
     BodyTrial entry;
     entry.result = body;
     entry.final = poseError(body.T_camera_body, truth->second, targetGrid(body.centre_ct_mm, kBodyTargetSizeMm));
+    entry.final_rotation_rad = rotationAngleBetween(body.T_camera_body, truth->second);
     trial->bodies.push_back(entry);
   }
 }

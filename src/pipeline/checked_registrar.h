@@ -39,7 +39,8 @@ class CheckedRegistrar : public Registrar {
   RegistrationResult inCallersFrame(RegistrationResult result) const;
 
   Registrar* registrar_;
-  RigidTransform T_first_base_ = RigidTransform::Identity();  ///< Of the last frame: base is the registrar's first view.
+  RigidTransform T_first_base_ =
+      RigidTransform::Identity();  ///< Of the last frame: base is the registrar's first view.
 };
 
 }  // namespace xray_registration

@@ -6,6 +6,9 @@ RegistrarOptions RegisteredBody::optionsFrom(RegistrarOptions options) const {
   if (range) {
     options.search_rotation_rad = range->rotation_rad;
     options.search_translation_mm = range->translation_mm;
+    options.reach_rotation_rad = range->rotation_rad;
+    options.reach_translation_mm = range->translation_mm;
+    options.saturation = range->saturation;
   }
   return options;
 }

@@ -98,6 +98,9 @@ void RegistrationPipeline::setCt(Volume ct) {
   body_.rest = std::move(parts.rest);
   body_.bodies = std::move(parts.bodies);
   body_.name = ct_->name;
+  // A body may have stood here.
+  body_.range.reset();
+  body_.T_camera_ct_configured.reset();
   first_is_body_ = !parameters_.ct.rest && !own.empty();
   upload(std::move(own));
 }
@@ -221,7 +224,13 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
     outcome.result = solve(stamp_s, outcome, T_camera_now_camera_last);
     outcome.registered = outcome.result.solved;
     takeOnlyBody(body_.centre_ct_mm, &outcome.result);
+    if (!outcome.result.accepted) {
+      refuseBodies("the CT around it was not accepted: " + outcome.result.reason, &outcome.result);
+    }
     solveOwn(stamp_s, outcome.views, moved, &outcome.result);
+  } else {
+    refuseBodies(outcome.result.reason, &outcome.result);
+    refuseOwn(&outcome.result);
   }
   outcome.state = state();
   outcome.total_ms = watch.milliseconds();
@@ -269,6 +278,26 @@ RegistrationResult RegistrationPipeline::solve(double stamp_s, const FrameOutcom
   }
   if (!result.accepted && !frame.missing_because.empty()) result.reason += " (" + frame.missing_because + ")";
   return result;
+}
+
+/// Bodies that are cut out of a CT that was not found: they are where it is, as far as anybody knows.
+void RegistrationPipeline::refuseBodies(const std::string& reason, RegistrationResult* result) const {
+  result->bodies.clear();
+  for (const BodyModel& body : body_.bodies) {
+    if (body.name == kOnlyBody) continue;
+    BodyResult refused;
+    refused.name = body.name;
+    refused.T_camera_body = result->T_camera_ct;
+    refused.reason = reason;
+    refused.centre_ct_mm = anatomicalCentreCt(body.volume);
+    result->bodies.push_back(std::move(refused));
+  }
+}
+
+void RegistrationPipeline::refuseOwn(RegistrationResult* result) const {
+  const RegistrationResult refused = refusedBecause(result->reason);
+  if (first_is_body_ && hasCt()) result->bodies.push_back(asBody(body_.name, refused, body_.centre_ct_mm));
+  for (const RegisteredBody& body : own_) result->bodies.push_back(asBody(body.name, refused, body.centre_ct_mm));
 }
 
 void RegistrationPipeline::solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views,

@@ -34,8 +34,9 @@ std::string reasonToRefuse(const DeviceViews& views, const BodyModel& model, con
                     model.max_translation_mm, " (max_translation)");
   }
   if (!(turned_rad <= model.max_rotation_rad)) {
-    return sentence(model.name, " turned ", turned_rad * kDegreesPerRadian, " degrees from where the CT has it, more than ",
-                    model.max_rotation_rad * kDegreesPerRadian, " (max_rotation)");
+    return sentence(model.name, " turned ", turned_rad * kDegreesPerRadian,
+                    " degrees from where the CT has it, more than ", model.max_rotation_rad * kDegreesPerRadian,
+                    " (max_rotation)");
   }
   if (!(result.similarity >= accept.min_similarity)) {
     return sentence("the X-rays do not show ", model.name, " there: similarity ", result.similarity, " is below ",
@@ -45,11 +46,31 @@ std::string reasonToRefuse(const DeviceViews& views, const BodyModel& model, con
     return sentence("too little of ", model.name, " is seen: inlier fraction ", result.inlier_fraction, " is below ",
                     accept.min_inlier_fraction);
   }
+  if (!(result.similarity - cues.rival.similarity >= accept.min_margin)) {
+    return sentence("another place for ", model.name, ", ", cues.rival.distance_mm,
+                    " mm away, explains the X-rays nearly as well: similarity ", cues.rival.similarity, " against ",
+                    result.similarity);
+  }
   if (cues.solution.failed || !cues.solution.converged) return "the solver stopped before it converged";
   return {};
 }
 
 }  // namespace
+
+void refuseOverlaps(const Eigen::MatrixXd& overlaps_mm3, const BodyAcceptOptions& accept,
+                    std::vector<BodyResult>* results) {
+  const std::vector<BodyResult> before = *results;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    for (std::size_t j = 0; j < before.size(); ++j) {
+      const double overlap_mm3 = overlaps_mm3(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      if (i == j || !before[i].accepted || !before[j].accepted || overlap_mm3 <= accept.max_overlap_mm3) continue;
+      BodyResult& refused = (*results)[i];
+      refused.accepted = false;
+      refused.reason = sentence(refused.name, " and ", before[j].name, " lie in one place: ", overlap_mm3,
+                                " mm³ of bone in both, more than ", accept.max_overlap_mm3);
+    }
+  }
+}
 
 BodyResult judgeBody(const DeviceViews& views, const BodyModel& model, const BodyCues& cues,
                      const RegistrarOptions& options) {

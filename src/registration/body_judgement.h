@@ -16,6 +16,10 @@ struct BodyCues {
   int exceeded_steps = 0;
 };
 
+/// Refuses bodies whose solids lie in one place (`overlaps_mm3`, bodies × bodies) where both were accepted.
+void refuseOverlaps(const Eigen::MatrixXd& overlaps_mm3, const BodyAcceptOptions& accept,
+                    std::vector<BodyResult>* results);
+
 /// Fills the body's numbers from its solution, and accepts or refuses it.
 BodyResult judgeBody(const DeviceViews& views, const BodyModel& model, const BodyCues& cues,
                      const RegistrarOptions& options);

@@ -1,6 +1,7 @@
 #include "registration/body_objective.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "xray_registration/drr/window_evidence.h"
@@ -19,13 +20,6 @@ constexpr double kNoise = 0.005;
 constexpr double kFlat = 0.002;
 /// A window finds the body by itself when its residual's variance falls by a sixth: partial correlation 0.4.
 constexpr double kInlierGain = 0.84;
-
-std::vector<RayMotion> motionsOf(const Eigen::Vector3d& centre_view_mm) {
-  std::vector<RayMotion> motions;
-  for (int i = 0; i < 6; ++i) motions.push_back(motionByTwist(i, centre_view_mm));
-  motions.push_back(motionByDensity());
-  return motions;
-}
 
 using RowOfSix = Eigen::Matrix<double, 1, 6>;
 
@@ -66,8 +60,7 @@ void addWindow(double pixels, const Cleared& w, StepSums* sums) {
   // Of the residual X − a − bC − cB by the pose, through B alone: a, b, c are at their best.
   const Twist gradient = -pixels * factor / left * (w.by_xray - factor * w.by_body).transpose();
   const double curvature = pixels * factor * factor / left;
-  const Matrix6d matrix =
-      curvature * (w.by_both - w.by_body.transpose() * w.by_body / (w.body + kFlat * kFlat));
+  const Matrix6d matrix = curvature * (w.by_both - w.by_body.transpose() * w.by_body / (w.body + kFlat * kFlat));
   sums->gradient += gradient;
   sums->matrix += matrix;
   sums->scatter += gradient * gradient.transpose();
@@ -81,9 +74,8 @@ StepSums BodyObjective::evaluateOne(const Stage& stage, const RigidTransform& T_
     views().drawSurroundings(view, stage.level);
     const RigidTransform T_view_body = view.T_view_first * T_camera_body;
     const XrayCamera& camera = view.level(stage.level).camera;
-    const TileProducts products = engine()->addUpTiles(
-        view.xray.get(), stage.level, views().volumeLevel(camera, T_view_body), camera, Eigen::Affine3d(T_view_body),
-        motionsOf(T_view_body * views().centreCt()));
+    const TileProducts products =
+        engine()->addUpBody(view.xray.get(), stage.level, views().volumeLevel(camera, T_view_body), T_view_body);
     StepSums sums;
     forEachWindowCovariance(products, stage.span, [&sums](double pixels, const WindowCovariance& covariance) {
       addWindow(pixels, Cleared(covariance), &sums);
@@ -101,6 +93,12 @@ StepSums BodyObjective::evaluateOne(const Stage& stage, const RigidTransform& T_
     total.inlier_fraction /= total.content;
   }
   return total;
+}
+
+GaussNewtonOptions BodyObjective::solverFor(const Stage& stage, const RigidTransform& start) const {
+  GaussNewtonOptions solver = FrameObjective::solverFor(stage, start);
+  solver.radius_mm = std::min(solver.radius_mm, engine()->volume().radiusMm());
+  return solver;
 }
 
 std::vector<StepSums> BodyObjective::evaluate(const Stage& stage, double /*robust_scale2*/,

@@ -22,6 +22,9 @@ class BodyObjective : public FrameObjective {
   std::vector<StepSums> evaluate(const Stage& stage, double robust_scale2,
                                  const std::vector<RigidTransform>& T_camera_body) override;
 
+  /// Turns move a small body's border less than an organ's.
+  GaussNewtonOptions solverFor(const Stage& stage, const RigidTransform& start) const override;
+
  private:
   StepSums evaluateOne(const Stage& stage, const RigidTransform& T_camera_body);
 };

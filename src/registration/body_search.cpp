@@ -10,9 +10,10 @@ namespace xray_registration {
 namespace {
 
 constexpr int kCoarseSteps = 12;
-constexpr int kFineSteps = 8;
-constexpr int kTrackedSteps = 6;
-constexpr int kTrackedFineSteps = 4;
+constexpr int kFineSteps = 15;
+constexpr int kRefiningSteps = 8;
+constexpr int kTrackedSteps = 2;
+constexpr int kTrackedFineSteps = 3;
 /// Places of the coarse level that are looked at on the finest.
 constexpr std::size_t kPlaces = 3;
 
@@ -33,8 +34,7 @@ Solution descend(BodyObjective* objective, const RigidTransform& start, int coar
 
 }  // namespace
 
-BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera_neutral,
-                        const RigidTransform& start) {
+BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera_neutral, const RigidTransform& start) {
   const Stage coarse = bodyStage(coarseLevel(objective->views()), kCoarseSteps);
   std::vector<RigidTransform> places = {start};
   if (objective->options().search) {
@@ -50,8 +50,7 @@ BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera
   BodySolution result{*best, {}};
   for (const Solution& other : found) {
     if (other.failed) continue;
-    const double distance_mm =
-        inPlaneDistance(best->T_camera_ct, other.T_camera_ct, objective->views().centreCt());
+    const double distance_mm = inPlaneDistance(best->T_camera_ct, other.T_camera_ct, objective->views().centreCt());
     if (distance_mm < kOtherPlaceMm || other.sums.similarity <= result.rival.similarity) continue;
     result.rival = {other.sums.similarity, distance_mm};
   }
@@ -63,7 +62,7 @@ Solution trackBody(BodyObjective* objective, const RigidTransform& start) {
 }
 
 Solution refineBody(BodyObjective* objective, const RigidTransform& start) {
-  return descend(objective, start, 0, kTrackedFineSteps);
+  return descend(objective, start, 0, kRefiningSteps);
 }
 
 }  // namespace xray_registration

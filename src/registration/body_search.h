@@ -14,8 +14,7 @@ struct BodySolution {
 
 /// Searches within the body's range around `T_camera_neutral`, where the CT has it, and from `start`, and descends to
 /// the finest level.
-BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera_neutral,
-                        const RigidTransform& start);
+BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera_neutral, const RigidTransform& start);
 
 /// Descends from a prediction.
 Solution trackBody(BodyObjective* objective, const RigidTransform& start);

@@ -79,11 +79,9 @@ Attempt searchAndDescend(FrameObjective* objective, int coarsest, const RigidTra
       made.push_back(whole);
     }
   }
-  const auto best_made = std::max_element(made.begin(), made.end(), [](const Attempt& a, const Attempt& b) {
-    return !b.solution.failed && (a.solution.failed || a.solution.sums.similarity < b.solution.sums.similarity);
-  });
-  Attempt best = *best_made;
-  made.erase(best_made);
+  const std::size_t best_made = all->bestOf(made);
+  Attempt best = made[best_made];
+  made.erase(made.begin() + static_cast<std::ptrdiff_t>(best_made));
   for (const Attempt& rival : made) all->addRival(rival);
   objective->views().weigh(best.leave_out, best.solution.T_camera_ct);
   const std::vector<Stage> stages = stagesFrom(coarsest, options);
@@ -96,21 +94,35 @@ Attempt searchAndDescend(FrameObjective* objective, int coarsest, const RigidTra
 
 }  // namespace
 
-std::size_t Attempts::bestIndex() const {
+bool Reach::holds(const RigidTransform& T_camera_ct, const Eigen::Vector3d& centre_ct_mm) const {
+  const double moved_mm = (T_camera_ct * centre_ct_mm - T_camera_ct_start * centre_ct_mm).norm();
+  return (rotation_rad == 0.0 || rotationAngleBetween(T_camera_ct, T_camera_ct_start) <= rotation_rad) &&
+         (translation_mm == 0.0 || moved_mm <= translation_mm);
+}
+
+bool Attempts::isUsable(const Attempt& attempt) const {
+  return !attempt.solution.failed && reach_.holds(attempt.solution.T_camera_ct, centre_ct_);
+}
+
+std::size_t Attempts::bestOf(const std::vector<Attempt>& attempts) const {
   std::size_t best = 0;
-  for (std::size_t i = 1; i < all_.size(); ++i) {
-    const Solution& candidate = all_[i].solution;
-    const Solution& present = all_[best].solution;
-    if (!candidate.failed && (present.failed || candidate.likeness() > present.likeness())) best = i;
+  for (std::size_t i = 1; i < attempts.size(); ++i) {
+    const Attempt& candidate = attempts[i];
+    const Attempt& present = attempts[best];
+    const bool better = isUsable(candidate) == isUsable(present)
+                            ? !candidate.solution.failed && (present.solution.failed || candidate.solution.likeness() >
+                                                                                            present.solution.likeness())
+                            : isUsable(candidate);
+    if (better) best = i;
   }
   return best;
 }
 
-const Attempt& Attempts::best() const { return all_[bestIndex()]; }
+const Attempt& Attempts::best() const { return all_[bestOf(all_)]; }
 
 double Attempts::disagreementMm() const {
   double nearest = std::numeric_limits<double>::max();
-  const std::size_t best = bestIndex();
+  const std::size_t best = bestOf(all_);
   if (all_[best].solution.failed) return nearest;
   for (std::size_t i = 0; i < all_.size(); ++i) {
     if (i == best || all_[i].solution.failed) continue;
@@ -124,7 +136,8 @@ Rival Attempts::rival() const {
   const Solution& winner = best().solution;
   Rival nearest_by;
   const auto consider = [&](const Attempt& other) {
-    if (other.solution.failed) return;
+    // Where the CT cannot be, nothing has to be told from it.
+    if (!isUsable(other)) return;
     const double distance_mm = inPlaneDistance(winner.T_camera_ct, other.solution.T_camera_ct, centre_ct_);
     if (distance_mm < kOtherPlaceMm || other.solution.likeness() <= nearest_by.similarity) return;
     nearest_by = {other.solution.likeness(), distance_mm};
@@ -140,7 +153,7 @@ ColdStartResult startCold(FrameObjective* objective, const RigidTransform& start
   const RegistrarOptions& options = objective->options();
   const AcceptOptions accept = thresholdsFor(objective->views().size(), options.accept);
   const int coarsest = objective->views().coarsestLevel(start);
-  Attempts attempts(objective->views().centreCt());
+  Attempts attempts(objective->views().centreCt(), {start, options.reach_rotation_rad, options.reach_translation_mm});
   std::optional<Confirmation> confirmation;
   for (int i = 0; i < kMostAttempts && !objective->exceeded(); ++i) {
     const int level = i == 0 ? coarsest : std::max(coarsest - 1, 0);

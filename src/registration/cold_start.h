@@ -25,10 +25,18 @@ struct Confirmation {
   Rival rival;
 };
 
+/// How far from a start the CT can be; 0 bounds nothing.
+struct Reach {
+  RigidTransform T_camera_ct_start = RigidTransform::Identity();
+  double rotation_rad = 0.0;
+  double translation_mm = 0.0;
+  bool holds(const RigidTransform& T_camera_ct, const Eigen::Vector3d& centre_ct_mm) const;
+};
+
 /// The attempts of one cold start: which one is best, and whether another one found the same.
 class Attempts {
  public:
-  explicit Attempts(const Eigen::Vector3d& centre_ct) : centre_ct_(centre_ct) {}
+  explicit Attempts(const Eigen::Vector3d& centre_ct, const Reach& reach = {}) : centre_ct_(centre_ct), reach_(reach) {}
 
   void add(const Attempt& attempt) { all_.push_back(attempt); }
   /// What a search found beside its best, down to the level above the finest.
@@ -43,10 +51,14 @@ class Attempts {
   /// The most alike of what was found elsewhere.
   Rival rival() const;
 
+  /// The best of some: the most alike that did not fail and is in reach. Not empty.
+  std::size_t bestOf(const std::vector<Attempt>& attempts) const;
+
  private:
-  std::size_t bestIndex() const;
+  bool isUsable(const Attempt& attempt) const;
 
   Eigen::Vector3d centre_ct_;
+  Reach reach_;
   std::vector<Attempt> all_;
   std::vector<Attempt> rivals_;
 };

@@ -72,7 +72,8 @@ void DeviceViews::leaveOut(const std::vector<BodyPlace>& bodies, double margin_m
   for (View& view : views_) {
     std::vector<PixelBox> boxes;
     for (const BodyPlace& body : bodies) {
-      boxes.push_back(shadowBox(view.level(0).camera, body.points_mm, view.T_view_first * body.T_camera_body, margin_mm));
+      boxes.push_back(
+          shadowBox(view.level(0).camera, body.points_mm, view.T_view_first * body.T_camera_body, margin_mm));
     }
     view.xray->leaveOut(boxes);
   }

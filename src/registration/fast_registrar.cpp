@@ -78,6 +78,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   result.solved = true;
 
   views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels);
+  if (options_.saturation > 0.0) views_->setSaturation(options_.saturation);
   result.upload_ms = watch.milliseconds();
 
   StepBudget budget(options_.max_steps_per_frame);
@@ -120,8 +121,8 @@ std::vector<BodyResult> FastRegistrar::registerBodies(const std::vector<BodyStar
   if (!bodies_ || !solution_ || !rest->accepted) return {};
   const Stopwatch watch;
   std::vector<BodyResult> results = bodies_->registerIn(*views_, starts, options_, solution_.get());
-  const Matrix6d considered = options_.check_every > 0 ? setup_check_->consideredCovariance(options_.setup)
-                                                       : Matrix6d(Matrix6d::Zero());
+  const Matrix6d considered =
+      options_.check_every > 0 ? setup_check_->consideredCovariance(options_.setup) : Matrix6d(Matrix6d::Zero());
   describe(*solution_, finestSpan(options_.similarity), rest);
   rest->covariance += considered;
   for (BodyResult& body : results) {

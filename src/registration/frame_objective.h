@@ -36,14 +36,14 @@ class FrameObjective {
   double robustScale(const Stage& stage, const RigidTransform& T_camera_ct);
 
   /// What bounds the solver on a stage.
-  GaussNewtonOptions solverFor(const Stage& stage, const RigidTransform& start) const;
+  virtual GaussNewtonOptions solverFor(const Stage& stage, const RigidTransform& start) const;
 
   DeviceViews& views() { return *views_; }
   const RegistrarOptions& options() const { return options_; }
   bool exceeded() const { return budget_->exceeded(); }
 
  protected:
-  Engine* engine() { return engine_; }
+  Engine* engine() const { return engine_; }
   bool drawStep() { return budget_->draw(); }
 
  private:

@@ -58,6 +58,8 @@ void judge(const DeviceViews& views, const Solution& solution, const SolveHistor
     cues.search_range_mm = 2.0 * options.search_translation_mm;
     cues.search_range_rad = 2.0 * options.search_rotation_rad;
   }
+  if (history.searched && options.reach_translation_mm > 0.0) cues.search_range_mm = options.reach_translation_mm;
+  if (history.searched && options.reach_rotation_rad > 0.0) cues.search_range_rad = options.reach_rotation_rad;
   cues.jump_mm = (centre - history.T_camera_ct_start * views.centreCt()).norm();
   cues.jump_rad = rotationAngleBetween(result->T_camera_ct, history.T_camera_ct_start);
   cues.has_second_solve = history.confirmation.has_value();

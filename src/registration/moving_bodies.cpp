@@ -10,12 +10,14 @@ namespace {
 
 /// Steps of the rest among its bodies, on the finest level: it is nearly there.
 constexpr int kRestSteps = 4;
+/// Above soft tissue, which stays with the rest (SolidBody).
+constexpr double kBonePerMm = 0.002;
 /// How far a tracked body may be from its prediction, mm at its border.
-constexpr double kTrackedMarginMm = 6.0;
+constexpr double kTrackedMarginMm = 4.0;
 /// Around a body where the whole CT is judged without it: it may have moved a little more.
 constexpr double kLeftOutMarginMm = 3.0;
 /// A body's volume, as the rest's, projected: windows beyond its shadow say nothing about it.
-constexpr double kWindowMarginMm = 4.0;
+constexpr double kWindowMarginMm = 2.0;
 
 std::vector<Eigen::Vector3d> cornersOf(const VolumeGrid& grid) {
   std::vector<Eigen::Vector3d> corners;
@@ -45,6 +47,7 @@ MovingBodies::MovingBodies(Engine* whole, const AttenuationVolume& rest, const s
     body.model.max_rotation_rad = model.max_rotation_rad;
     body.model.max_translation_mm = model.max_translation_mm;
     body.corners_ct_mm = cornersOf(model.volume.grid);
+    body.solid = std::make_shared<const SolidBody>(model.volume, kBonePerMm);
     body.engine = whole->sibling();
     body.engine->setVolume(model.volume);
     body.views = std::make_unique<DeviceViews>(body.engine.get());
@@ -116,6 +119,20 @@ BodyCues MovingBodies::solve(Body* body, const BodyStart& start, const RigidTran
   return cues;
 }
 
+Eigen::MatrixXd MovingBodies::overlapsMm3(const std::vector<RigidTransform>& T_ct_body) const {
+  const auto count = static_cast<Eigen::Index>(bodies_.size());
+  Eigen::MatrixXd overlaps = Eigen::MatrixXd::Zero(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index j = i + 1; j < count; ++j) {
+      const auto a = static_cast<std::size_t>(i);
+      const auto b = static_cast<std::size_t>(j);
+      overlaps(i, j) = overlaps(j, i) =
+          overlapMm3(*bodies_[a].solid, *bodies_[b].solid, T_ct_body[a].inverse() * T_ct_body[b]);
+    }
+  }
+  return overlaps;
+}
+
 void MovingBodies::refineRest(const DeviceViews& views, const std::vector<RigidTransform>& T_ct_body,
                               const RegistrarOptions& options, Solution* rest) {
   rest_views_->shareFrom(views);
@@ -140,9 +157,9 @@ std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const
     Body& body = bodies_[i];
     const RegistrarOptions own = optionsFor(body.model, options);
     const bool tracked = starts[i].tracking && body.found;
-    const double reach_mm = tracked ? kTrackedMarginMm
-                                    : body.model.max_translation_mm +
-                                          body.engine->volume().radiusMm() * body.model.max_rotation_rad;
+    const double reach_mm =
+        tracked ? kTrackedMarginMm
+                : body.model.max_translation_mm + body.engine->volume().radiusMm() * body.model.max_rotation_rad;
     look(views, &body, rest->T_camera_ct * (tracked ? T_ct_body[i] : RigidTransform::Identity()), reach_mm,
          rest->T_camera_ct, T_ct_body);
     BodyObjective objective(body.engine.get(), body.views.get(), own, &budgets[i]);
@@ -169,8 +186,11 @@ std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const
     cues[i].exceeded_steps = budgets[i].exceeded() ? budgets[i].allowed() : 0;
     results.push_back(judgeBody(*body.views, body.model, cues[i], options));
     results.back().iterations = budgets[i].used();
-    body.found = results.back().accepted;
-    if (body.found) body.T_ct_body = T_ct_body[i];
+  }
+  refuseOverlaps(overlapsMm3(T_ct_body), options.accept.body, &results);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    bodies_[i].found = results[i].accepted;
+    if (bodies_[i].found) bodies_[i].T_ct_body = T_ct_body[i];
   }
   return results;
 }

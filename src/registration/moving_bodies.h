@@ -9,6 +9,7 @@
 #include "registration/solution.h"
 #include "xray_registration/registration/body.h"
 #include "xray_registration/registration/registrar.h"
+#include "xray_registration/volume/solid_overlap.h"
 
 namespace xray_registration {
 
@@ -46,6 +47,7 @@ class MovingBodies {
     std::unique_ptr<Engine> engine;
     std::unique_ptr<DeviceViews> views;
     std::vector<Eigen::Vector3d> corners_ct_mm;
+    std::shared_ptr<const SolidBody> solid;
     RigidTransform T_ct_body = RigidTransform::Identity();  ///< As last seen; the identity before.
     bool found = false;                                     ///< By a cold start that was accepted.
   };
@@ -56,6 +58,7 @@ class MovingBodies {
   /// Looks at the frame for the body, so far around where it is expected.
   void look(const DeviceViews& views, Body* body, const RigidTransform& T_camera_start, double reach_mm,
             const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_body);
+  Eigen::MatrixXd overlapsMm3(const std::vector<RigidTransform>& T_ct_body) const;
   void refineRest(const DeviceViews& views, const std::vector<RigidTransform>& T_ct_body,
                   const RegistrarOptions& options, Solution* rest);
 

@@ -334,6 +334,11 @@ std::vector<StampedPose> readPoses(const std::string& bag_path, const std::strin
   return poses;
 }
 
+bool hasTopic(const std::string& bag_path, const std::string& topic) {
+  const auto bag = openBag(bag_path);
+  return rosbag::View(*bag, rosbag::TopicQuery(topic)).size() > 0;
+}
+
 struct BagSessionWriter::Implementation {
   std::string path;
   rosbag::Bag bag;

@@ -42,7 +42,8 @@ struct Arguments {
 };
 
 void addOptions(CLI::App* app, Arguments* arguments) {
-  app->add_option("--ct", arguments->ct, "CT: NIfTI, NRRD or MetaImage file, or a DICOM folder; not needed when every body has its own")
+  app->add_option("--ct", arguments->ct,
+                  "CT: NIfTI, NRRD or MetaImage file, or a DICOM folder; not needed when every body has its own")
       ->check(CLI::ExistingPath);
   app->add_option("--bag", arguments->bag, "session with /<view>/image_raw, camera_info and ground_truth")
       ->required()

@@ -495,5 +495,106 @@ TEST_F(EngineTest, MemoryOfALargeCtStaysWithinItsBudget) {
   EXPECT_LE(engine->volume().bytes(), volume.values.size() * sizeof(std::uint16_t) * 5 / 2);
 }
 
+/// A body among its surroundings, an X-ray of both from another pose of the body.
+struct BodyScene {
+  AttenuationVolume volume = smoothVolume({48, 48, 48}, {1, 1, 1}, 0.0);
+  AttenuationVolume around = smoothVolume({40, 52, 44}, {1.1, 0.9, 1.2}, 0.5);
+  RigidTransform pose = poseLookingAlong(volume, Eigen::Vector3d::UnitY(), 300.0);
+  RigidTransform pose_around = updatedPose(pose, (Twist() << 6, -4, 9, 0.1, 0.3, -0.2).finished(), {0, 0, 300});
+};
+
+FloatImage sumOf(const FloatImage& a, const FloatImage& b) {
+  FloatImage sum = a;
+  for (std::size_t i = 0; i < sum.pixels.size(); ++i) sum.pixels[i] += b.pixels[i];
+  return sum;
+}
+
+TEST_F(EngineTest, LineIntegralsOfBodiesAdd) {
+  const BodyScene scene;
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(scene.volume);
+  const std::unique_ptr<Engine> other = engine->sibling();
+  other->setVolume(scene.around);
+  const FloatImage xray = sumOf(engine->render(kCamera, 0, scene.pose), other->render(kCamera, 0, scene.pose_around));
+  const FloatImage weight(kCamera.width, kCamera.height, 1.0F);
+  const auto whole = engine->upload(kCamera, xray, weight);
+  const auto look = engine->share(whole.get());
+  const WindowOptions options = windowsFor(Similarity::kLocalNormalised, whole->deviation());
+  const auto similarity = [&](ResidentXray* seen) {
+    return engine->evaluate(seen, 0, 0, {scene.pose}, options).front().similarity;
+  };
+  const double alone = similarity(look.get());
+  other->surround(look.get(), 0, 0, scene.pose_around);
+  EXPECT_TRUE(look->isSurrounded(0));
+  EXPECT_FALSE(whole->isSurrounded(0));
+  // What is compared is the X-ray itself, but for the contrast that counts as flat.
+  EXPECT_GT(similarity(look.get()), 0.99);
+  EXPECT_LT(alone, 0.95);
+  EXPECT_EQ(similarity(whole.get()), alone);
+  look->forgetSurroundings();
+  EXPECT_EQ(similarity(look.get()), alone);
+}
+
+TEST_F(EngineTest, ABodysSumsAreThoseOfItsPartsAndDerivatives) {
+  const BodyScene scene;
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(scene.volume);
+  const std::unique_ptr<Engine> other = engine->sibling();
+  other->setVolume(scene.around);
+  const FloatImage around = other->render(kCamera, 0, scene.pose_around);
+  const std::vector<FloatImage> body = engine->renderWithDerivatives(kCamera, 0, scene.pose);
+  const FloatImage weight(kCamera.width, kCamera.height, 1.0F);
+  for (const double saturation : {0.0, 0.4}) {
+    const auto xray = engine->upload(kCamera, sumOf(body.front(), around), weight);
+    xray->setSaturation(saturation);
+    other->surround(xray.get(), 0, 0, scene.pose_around);
+    const TileProducts products = engine->addUpBody(xray.get(), 0, 0, scene.pose);
+    ASSERT_EQ(products.vectors, 10);
+    const float* tile = products.tile(2, 2);
+    const float* reference = tile + products.pairs();
+    // Tile (2, 2) by the images.
+    double sum_value = 0.0;
+    double sum_body = 0.0;
+    double body_by_x = 0.0;
+    for (int v = 16; v < 24; ++v) {
+      for (int u = 16; u < 24; ++u) {
+        const auto pixel = static_cast<std::size_t>(v * kCamera.width + u);
+        const double all = body[0].pixels[pixel] + around.pixels[pixel];
+        const double passed = saturation > 0.0 ? std::exp(-all / saturation) : 1.0;
+        sum_value += (saturation > 0.0 ? saturation * (1.0 - passed) : all) - reference[0];
+        sum_body += passed * body[0].pixels[pixel];
+        body_by_x += passed * passed * body[0].pixels[pixel] * body[1].pixels[pixel];
+      }
+    }
+    // Pairs (0, j) stand first; (9, 9) is last, (3, 9) at 10 + 9 + 8 + 6. Single precision.
+    EXPECT_NEAR(tile[1], sum_value, 1e-4 * std::abs(sum_value) + 1e-4);
+    EXPECT_NEAR(tile[9], sum_body, 1e-4 * sum_body);
+    EXPECT_NEAR(tile[10 + 9 + 8 + 6], body_by_x, 1e-3 * std::abs(body_by_x) + 1e-6);
+    EXPECT_GT(std::abs(body_by_x), 1e-4);
+  }
+}
+
+TEST_F(EngineTest, TilesBesideTheBoxAreNotUsed) {
+  const BodyScene scene;
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(scene.volume);
+  const FloatImage xray = engine->render(kCamera, 0, scene.pose);
+  const auto whole = engine->upload(kCamera, xray, FloatImage(kCamera.width, kCamera.height, 1.0F));
+  const auto look = engine->share(whole.get());
+  const auto used = [&](ResidentXray* seen, int x, int y) {
+    return engine->addUpBody(seen, 0, 0, scene.pose).tile(x, y)[0] > 0.0F;
+  };
+  look->limitTo({17.0, 9.0, 30.0, 20.0});
+  EXPECT_TRUE(used(look.get(), 2, 1));
+  EXPECT_TRUE(used(look.get(), 3, 2));
+  EXPECT_FALSE(used(look.get(), 1, 1));
+  EXPECT_FALSE(used(look.get(), 2, 3));
+  EXPECT_TRUE(used(whole.get(), 1, 1));
+  look->limitTo({});
+  look->leaveOut({{17.0, 9.0, 30.0, 20.0}});
+  EXPECT_FALSE(used(look.get(), 2, 1));
+  EXPECT_TRUE(used(look.get(), 1, 1));
+}
+
 }  // namespace
 }  // namespace xray_registration

@@ -179,7 +179,8 @@ TEST_F(Bodies, ARefusedCtIsShownWhole) {
   const RegistrationResult result = pipeline.process(1.0, {someView()}).result;
   const DrrParts parts = pipeline.renderParts(view(), result);
   EXPECT_EQ(parts.ct.pixels.front(), 0.0F);
-  EXPECT_TRUE(parts.bodies.empty());
+  ASSERT_EQ(parts.bodies.size(), 1U);
+  EXPECT_TRUE(parts.bodies[0].empty());
 }
 
 TEST_F(Bodies, ShapesAreTheRestAndEachBody) {

@@ -11,6 +11,7 @@
 #include "test/pipeline/fake_registrar.h"
 #include "xray_registration/volume/phantom.h"
 #include "xray_registration/volume/volume_error.h"
+#include "xray_registration/volume/volume_io.h"
 
 namespace xray_registration {
 namespace {
@@ -67,6 +68,33 @@ TEST_F(Pipeline, BadFramesAreRefusedWithTheReasonAndHarmNothing) {
     EXPECT_FALSE(outcome.registered);
   }
   EXPECT_TRUE(pipeline.process(stamp + 0.1, {someView()}).result.accepted);
+}
+
+TEST_F(Pipeline, ARefusedFrameHasAReasonForEachBody) {
+  NodeParameters parameters;
+  for (const char* name : {"radius", "ulna"}) {
+    const std::string path = testing::TempDir() + "/xray_pipeline_" + name + ".mha";
+    writeVolume(whiteCube(16), path);
+    parameters.bodies.emplace_back().name = name;
+    parameters.bodies.back().ct = path;
+  }
+  RegistrationPipeline pipeline = make(parameters);
+  pipeline.loadBodies();
+  const auto expectBodies = [](const FrameOutcome& outcome, bool accepted) {
+    ASSERT_EQ(outcome.result.bodies.size(), 2U);
+    for (const BodyResult& body : outcome.result.bodies) {
+      EXPECT_EQ(body.accepted, accepted) << body.name;
+      EXPECT_EQ(body.reason.empty(), accepted) << body.name;
+    }
+    EXPECT_EQ(outcome.result.bodies[0].name, "radius");
+    EXPECT_EQ(outcome.result.bodies[1].name, "ulna");
+  };
+  expectBodies(pipeline.process(1.0, {someView()}), false);  // No pose.
+  pipeline.setPose(somePose());
+  RawView bad = someView();
+  bad.image.reset();
+  expectBodies(pipeline.process(1.1, {bad}), false);
+  expectBodies(pipeline.process(1.2, {someView()}), true);
 }
 
 TEST_F(Pipeline, ADeviceThatFailsOnceIsRebuilt) {

@@ -70,5 +70,19 @@ TEST(Attempts, TheRivalIsTheMostAlikeOfWhatWasFoundElsewhere) {
   EXPECT_NEAR(attempts.rival().distance_mm, 30.0, 1e-9);
 }
 
+TEST(Attempts, WhatIsOutOfReachIsNeitherBestNorARival) {
+  Reach reach;
+  reach.T_camera_ct_start.translation() = Eigen::Vector3d(0.0, 0.0, 800.0);
+  reach.translation_mm = 12.0;
+  Attempts attempts(kCentre, reach);
+  attempts.add(attempt(0.0, 0.6));
+  attempts.add(attempt(30.0, 0.9));
+  attempts.addRival(attempt(-25.0, 0.59));
+  EXPECT_EQ(placeOf(attempts.best()), 0.0);
+  EXPECT_EQ(attempts.rival().similarity, -1.0);
+  attempts.addRival(attempt(10.0, 0.5));
+  EXPECT_EQ(attempts.rival().similarity, 0.5);
+}
+
 }  // namespace
 }  // namespace xray_registration

@@ -81,6 +81,11 @@ class Engine {
   virtual TileProducts addUpTiles(ResidentXray* xray, int xray_level, int volume_level, const XrayCamera& camera,
                                   const Eigen::Affine3d& T_camera_ct, const std::vector<RayMotion>& motions) = 0;
 
+  /// Sums per tile of (1, DRR with all that surrounds the body, X-ray, the six derivatives by the twist about the
+  /// body's centre, the body's own part of the DRR): TileProducts of ten vectors.
+  virtual TileProducts addUpBody(ResidentXray* xray, int xray_level, int volume_level,
+                                 const RigidTransform& T_camera_body) = 0;
+
   /// Line integrals.
   virtual FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) = 0;
 

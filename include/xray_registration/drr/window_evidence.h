@@ -24,8 +24,10 @@ struct WindowEvidence {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostRayMotions, kMostRayMotions> matrix;
 };
 
-/// A window's covariances of all its vectors (1, DRR, X-ray, derivatives …; those with the 1 are zero), about its means.
-using WindowCovariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3 + kMostRayMotions, 3 + kMostRayMotions>;
+/// A window's covariances of all its vectors (1, DRR, X-ray, derivatives …; those with the 1 are zero), about its
+/// means.
+using WindowCovariance =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3 + kMostRayMotions, 3 + kMostRayMotions>;
 
 /// The windows of span × span tiles that count, as forEachWindow chooses them: pixels and covariances.
 void forEachWindowCovariance(const TileProducts& products, int span,

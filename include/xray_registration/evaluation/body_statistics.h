@@ -8,8 +8,8 @@
 
 namespace xray_registration {
 
-/// One body over many trials. A result is good below 1 mm of mean target error, and wrong above 2 mm; with a single view,
-/// which hardly sees depth, the error is the in-plane one.
+/// One body over many trials. A result is good below 1 mm of mean target error, and wrong above 2 mm; with a single
+/// view, which hardly sees depth, the error is the in-plane one.
 struct BodyStatistics {
   std::string name;
   int trials = 0;

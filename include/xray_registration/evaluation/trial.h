@@ -12,6 +12,7 @@ struct BodyTrial {
   BodyResult result;
   PoseError start;
   PoseError final;
+  double final_rotation_rad = 0.0;  ///< Angle between what was found and the truth.
 };
 
 /// One registration whose truth is known.
@@ -21,10 +22,10 @@ struct Trial {
   Twist disturbance = Twist::Zero();  ///< Start against truth, about the centre of the targets.
   PoseError start;
   PoseError final;
-  RegistrationResult result;  ///< Its pose is the start where nothing was found.
+  RegistrationResult result;      ///< Its pose is the start where nothing was found.
   std::vector<BodyTrial> bodies;  ///< Those whose truth is known.
-  double prepare_ms = 0.0;    ///< From the images in memory: linearised, undistorted, masked.
-  double solve_ms = 0.0;      ///< Wall clock of the registration, uploads of images and verdict included.
+  double prepare_ms = 0.0;        ///< From the images in memory: linearised, undistorted, masked.
+  double solve_ms = 0.0;          ///< Wall clock of the registration, uploads of images and verdict included.
 };
 
 }  // namespace xray_registration

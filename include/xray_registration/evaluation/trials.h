@@ -18,7 +18,7 @@ struct EvaluationFrame {
   double stamp_s = 0.0;
   std::vector<RawView> views;
   RigidTransform T_camera_ct_true = RigidTransform::Identity();  ///< First view's camera.
-  std::map<std::string, RigidTransform> T_camera_bodies_true;     ///< By name.
+  std::map<std::string, RigidTransform> T_camera_bodies_true;    ///< By name.
 };
 
 struct TrialOptions {

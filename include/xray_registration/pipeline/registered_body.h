@@ -15,6 +15,7 @@ namespace xray_registration {
 struct BodyRange {
   double rotation_rad = 0.0;
   double translation_mm = 0.0;
+  double saturation = 0.0;  ///< RegistrarOptions::saturation; of metal.
 };
 
 /// One CT that is followed from frame to frame, with the bodies that move in it: what it looks like, and where it was

@@ -33,7 +33,8 @@ struct BodyShape {
 
 /// What became of a frame.
 struct FrameOutcome {
-  RegistrationResult result;  ///< Always has a reason when it is not accepted.
+  RegistrationResult result;  ///< Always has a reason when it is not accepted, and so has each of its bodies, which
+                              ///< are always those of followedBodies().
   /// The solver ran and gave a pose. Otherwise the frame was refused before (no CT, no pose, a view that is missing, a
   /// start that the method cannot use) or the device failed, and of the result only the reason means anything.
   bool registered = false;
@@ -139,6 +140,8 @@ class RegistrationPipeline {
   std::string reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome);
   void upload(std::vector<RegisteredBody> own);
   void closeOwn();
+  void refuseBodies(const std::string& reason, RegistrationResult* result) const;
+  void refuseOwn(RegistrationResult* result) const;
   void startConfigured();
   std::optional<RigidTransform> configuredStartOf(const std::string& body) const;
   Registrar* registrarOf(const std::string& body);

@@ -64,7 +64,7 @@ class FastRegistrar : public Registrar {
   std::vector<SetupSuspicion> suspicions_;
   std::unique_ptr<MovingBodies> bodies_;  ///< Null: the CT is one.
   std::unique_ptr<Solution> solution_;    ///< Of the last frame.
-  std::unique_ptr<ColdStart> found_;  ///< Empty: the next frame is a cold start.
+  std::unique_ptr<ColdStart> found_;      ///< Empty: the next frame is a cold start.
 };
 
 }  // namespace xray_registration

@@ -11,8 +11,10 @@ enum class Method { kFast, kPaper };
 
 /// Of a body beside the rest (parameters accept/body_…); docs/accuracy.md has the data.
 struct BodyAcceptOptions {
-  double min_similarity = 0.4;  ///< Of what the rest leaves unexplained.
+  double min_similarity = 0.45;  ///< Of what the rest leaves unexplained.
   double min_inlier_fraction = 0.3;
+  double min_margin = 0.03;        ///< Of a cold start, above the best other place.
+  double max_overlap_mm3 = 150.0;  ///< Of two bodies: bones are solid.
 };
 
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
@@ -63,6 +65,9 @@ struct RegistrarOptions {
   double search_rotation_rad = 0.22;
   double search_translation_mm = 22.0;
   int search_poses = 96;
+  double reach_rotation_rad = 0.0;    ///< Further from a cold start's pose nothing is believed, nor compared with;
+  double reach_translation_mm = 0.0;  ///< 0: twice what is searched, unless the result is sure.
+  double saturation = 0.0;  ///< Line integral at which DRRs saturate (ResidentXray::setSaturation); 0: they do not.
   bool robust_weights = true;
   bool truncation_weights = true;
 

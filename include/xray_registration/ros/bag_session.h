@@ -92,6 +92,9 @@ struct StampedPose {
 std::vector<StampedPose> readPoses(const std::string& bag_path, const std::string& topic, const std::string& ct_frame,
                                    std::size_t limit = std::numeric_limits<std::size_t>::max());
 
+/// Whether anything was recorded on a topic. @throws BagSessionError when the file is not a bag.
+bool hasTopic(const std::string& bag_path, const std::string& topic);
+
 /// Writes a session that BagSession reads.
 /// @throws BagSessionError when the file cannot be written.
 class BagSessionWriter {

@@ -94,7 +94,6 @@ void pack(const RayMotion& motion, float* floats) {
   floats[layout::kMotionRadial] = static_cast<float>(motion.radial);
   floats[layout::kMotionSwirl] = static_cast<float>(motion.swirl);
   floats[layout::kMotionOfCamera] = motion.of_camera ? 1.0F : 0.0F;
-  floats[layout::kMotionDensity] = static_cast<float>(motion.density);
 }
 
 /// Work-groups of the windows' kernel.
@@ -196,7 +195,25 @@ class EngineOpenCl : public Engine {
       products.sums.resize(static_cast<std::size_t>(tiled.tiles() * products.stride()));
       uploadPose(poseParameters(level(volume_level), camera, T_camera_ct.inverse(), Eigen::Vector3d::Zero()));
       uploadMotions(motions);
-      runMotionSums(seen, xray_level, level(volume_level), static_cast<cl_int>(motions.size()), &products.sums);
+      runTileSums(&FastKernels::motion_sums, seen, xray_level, level(volume_level), &products.sums, motions_.get(),
+                  static_cast<cl_int>(motions.size()));
+      return products;
+    });
+  }
+
+  TileProducts addUpBody(ResidentXray* xray, int xray_level, int volume_level,
+                         const RigidTransform& T_camera_body) override {
+    return guarded(device_->name(), "adding up a body's tiles", [&] {
+      OpenClXray& seen = own(xray);
+      seen.makeReady(xray_level, &bench_);
+      const ResidentXray::Level& tiled = seen.level(xray_level);
+      TileProducts products;
+      products.tiles_x = tiled.tiles_x;
+      products.tiles_y = tiled.tiles_y;
+      products.vectors = layout::kVectors + 1;
+      products.sums.resize(static_cast<std::size_t>(tiled.tiles() * products.stride()));
+      uploadPoses(level(volume_level), tiled.camera, {T_camera_body});
+      runTileSums(&FastKernels::body_sums, seen, xray_level, level(volume_level), &products.sums);
       return products;
     });
   }
@@ -272,18 +289,20 @@ class EngineOpenCl : public Engine {
     bench_.queue().enqueueWriteBuffer(motions_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, motion_staging_.data());
   }
 
-  void runMotionSums(const OpenClXray& xray, int xray_level, const OpenClLevel& ct, cl_int motions,
-                     std::vector<float>* sums) {
+  /// Runs such a kernel for one pose and reads the sums of all tiles.
+  template <typename... More>
+  void runTileSums(cl::Kernel FastKernels::*kernel, const OpenClXray& xray, int xray_level, const OpenClLevel& ct,
+                   std::vector<float>* sums, const More&... more) {
     const ResidentXray::Level& seen = xray.level(xray_level);
     const auto groups = static_cast<std::size_t>(seen.tiles());
     FastKernels& k = bench_.kernels(chooseSplit(groups));
     planTiles(ct, seen.tiles_x, seen.tiles(), 1, xray.usedTiles(xray_level));
     const std::size_t bytes = sizeof(float) * sums->size();
     const cl::Buffer& out = sums_.atLeast(bytes, &bench_);
-    bench_.run(&k.motion_sums, groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
+    bench_.run(&(k.*kernel), groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
                plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width, seen.camera.height,
                xray.attenuation(xray_level), xray.weight(xray_level), xray.surroundings(xray_level),
-               xray.surrounded(xray_level), static_cast<float>(xray.saturation()), out, motions_.get(), motions);
+               xray.surrounded(xray_level), static_cast<float>(xray.saturation()), out, more...);
     bench_.queue().enqueueReadBuffer(out, CL_TRUE, 0, bytes, sums->data());
   }
 
@@ -314,8 +333,8 @@ class EngineOpenCl : public Engine {
     planTiles(ct, seen.tiles_x, seen.tiles(), T_camera_ct.size(), xray.usedTiles(xray_level));
     bench_.run(&k.sums.at(static_cast<std::size_t>(similarity)), groupsOf(k.items_per_tile, groups, &march_event_),
                ct.words, ct.grid, poses_.get(), plans_.get(), seen.tiles_x, seen.tiles(), seen.camera.width,
-               seen.camera.height, xray.attenuation(xray_level), xray.weight(xray_level),
-               xray.surroundings(xray_level), xray.surrounded(xray_level), static_cast<float>(xray.saturation()),
+               seen.camera.height, xray.attenuation(xray_level), xray.weight(xray_level), xray.surroundings(xray_level),
+               xray.surrounded(xray_level), static_cast<float>(xray.saturation()),
                sums_.atLeast(groups * layout::kSumStride * sizeof(float), &bench_));
   }
 
@@ -343,8 +362,7 @@ class EngineOpenCl : public Engine {
                                        int volume_level, const RigidTransform& T_camera_ct) {
     return guarded(device_->name(), "rendering a DRR", [&] {
       const int tiles = layout::tilesFor(camera.width) * layout::tilesFor(camera.height);
-      const cl::Buffer& drawn =
-          draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
+      const cl::Buffer& drawn = draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
       std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
       const std::size_t bytes = sizeof(float) * images.front().pixels.size();
       for (std::size_t i = 0; i < count; ++i) {
@@ -355,8 +373,8 @@ class EngineOpenCl : public Engine {
   }
 
   /// Runs such a kernel on the used tiles.
-  const cl::Buffer& draw(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera,
-                         int volume_level, const RigidTransform& T_camera_ct, const cl::Buffer& used_tiles) {
+  const cl::Buffer& draw(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera, int volume_level,
+                         const RigidTransform& T_camera_ct, const cl::Buffer& used_tiles) {
     const OpenClLevel& ct = level(volume_level);
     const int tiles_x = layout::tilesFor(camera.width);
     const int tiles = tiles_x * layout::tilesFor(camera.height);

@@ -12,6 +12,7 @@ extern const char* const render;
 extern const char* const derivatives;
 extern const char* const tile_sums;
 extern const char* const motion_sums;
+extern const char* const body_sums;
 extern const char* const windows;
 extern const char* const xray_pyramid;
 extern const char* const truncation;
@@ -42,6 +43,7 @@ std::string fastSource() {
       {"derivatives", kernels::derivatives},
       {"tile_sums", kernels::tile_sums},
       {"motion_sums", kernels::motion_sums},
+      {"body_sums", kernels::body_sums},
       {"windows", kernels::windows},
       {"xray_pyramid", kernels::xray_pyramid},
       {"truncation", kernels::truncation},

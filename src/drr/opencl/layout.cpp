@@ -48,7 +48,6 @@ std::string layoutOptions() {
       {"M_RADIAL", kMotionRadial},
       {"M_SWIRL", kMotionSwirl},
       {"M_OF_CAMERA", kMotionOfCamera},
-      {"M_DENSITY", kMotionDensity},
       {"MAP_STEP", kMapStep},
   };
   std::string options;

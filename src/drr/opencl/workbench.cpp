@@ -23,6 +23,7 @@ FastKernels& Workbench::kernels(int split) {
     k.render_derivatives = cl::Kernel(k.program, "render_derivatives");
     for (const SimilarityKind& kind : kSimilarities) k.sums.emplace_back(k.program, kind.sums);
     k.motion_sums = cl::Kernel(k.program, "motion_sums");
+    k.body_sums = cl::Kernel(k.program, "body_sums");
     k.windows = cl::Kernel(k.program, "windows");
     k.halve_xray = cl::Kernel(k.program, "halve_xray");
     k.used_tiles = cl::Kernel(k.program, "used_tiles");

@@ -16,8 +16,8 @@ namespace xray_registration {
 struct FastKernels {
   cl::Program program;
   std::size_t items_per_tile = layout::kRays;
-  cl::Kernel plan, render, render_derivatives, motion_sums, windows, halve_xray, used_tiles, leave_out_tiles, surround,
-      unexplained, apply_map;
+  cl::Kernel plan, render, render_derivatives, motion_sums, body_sums, windows, halve_xray, used_tiles, leave_out_tiles,
+      surround, unexplained, apply_map;
   std::vector<cl::Kernel> sums;  ///< One for each similarity.
 };
 

@@ -35,13 +35,16 @@ json covarianceOf(const RegistrationResult& result) {
 json toJson(const std::vector<BodyTrial>& bodies) {
   json made = json::object();
   for (const BodyTrial& body : bodies) {
+    const Eigen::Vector3d& centre = body.result.centre_ct_mm;
     made[body.result.name] = {{"final_mtre", body.final.mtre_mm},
                               {"final_inplane", body.final.inplane_mm},
+                              {"final_rotation_deg", body.final_rotation_rad * kDegreesPerRadian},
                               {"accepted", body.result.accepted},
                               {"reason", body.result.reason},
                               {"similarity", body.result.similarity},
                               {"inlier_fraction", body.result.inlier_fraction},
                               {"depth_sigma_mm", std::sqrt(std::max(body.result.covariance(2, 2), 0.0))},
+                              {"centre_mm", {centre.x(), centre.y(), centre.z()}},
                               {"T_camera_ct", toJson(body.result.T_camera_body)}};
   }
   return made;
@@ -233,7 +236,8 @@ void printBins(std::ostream& out, const TrialStatistics& statistics) {
 void printBodies(std::ostream& out, const std::vector<Trial>& trials, std::size_t views) {
   const std::vector<BodyStatistics> bodies = bodyStatisticsOf(trials, views);
   if (bodies.empty()) return;
-  out << "  body         good   accepted   wrong accepted   good refused   median mTRE   in-plane   p95 mTRE   in-plane\n";
+  out << "  body         good   accepted   wrong accepted   good refused   median mTRE   in-plane   p95 mTRE   "
+         "in-plane\n";
   for (const BodyStatistics& body : bodies) {
     const std::string of = "/" + std::to_string(body.trials);
     out << "  " << std::left << std::setw(10) << body.name << std::right << std::setw(7)

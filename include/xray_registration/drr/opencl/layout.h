@@ -61,7 +61,6 @@ constexpr int kMotionDirection = 3;  ///< 3 × 3, row by row
 constexpr int kMotionRadial = 12;
 constexpr int kMotionSwirl = 13;
 constexpr int kMotionOfCamera = 14;  ///< 1 or 0
-constexpr int kMotionDensity = 15;
 
 constexpr int kMapStep = 4;  ///< Pixels between the points of the map of unexplained tissue.
 

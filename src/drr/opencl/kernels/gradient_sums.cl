@@ -10,6 +10,7 @@ void gradient_sums(SUMS_ARGUMENTS) {
   __local float vectors[2 * VECTORS * RAYS];
   __local float weighted[2 * VECTORS * RAYS];
   PREPARE_RAYS
+  SKIP_UNUSED_TILE(SUMS, SUM_STRIDE)
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
   if (part == 0) {

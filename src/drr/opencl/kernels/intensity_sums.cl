@@ -6,6 +6,7 @@ void intensity_sums(SUMS_ARGUMENTS) {
   __local float weighted[VECTORS * RAYS];
   __local float reference[2];
   PREPARE_RAYS
+  SKIP_UNUSED_TILE(SUMS, SUM_STRIDE)
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
   REFERENCE_OF_TILE

@@ -31,8 +31,7 @@ INLINE float derivative_by(__global const float* motion, const RayGradient gradi
                        r2 * (motion[M_RADIAL] * outwards + motion[M_SWIRL] * turned);
   // A ray of the camera that leans more is longer between two slices.
   const float lengthened = motion[M_OF_CAMERA] * value * dot(d, moved) / (r2 + 1.0f);
-  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened +
-         motion[M_DENSITY] * value;
+  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened;
 }
 
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
@@ -42,6 +41,8 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
   __local float weighted[RAYS];
   __local float reference[2];
   PREPARE_RAYS
+  const int count = 3 + motion_count;
+  SKIP_UNUSED_TILE(count * (count + 1) / 2, count * (count + 1) / 2 + 2)
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
   REFERENCE_OF_TILE
@@ -70,7 +71,6 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
       }
     }
   }
-  const int count = 3 + motion_count;
   __global float* out = sums_out + (size_t)get_group_id(0) * (count * (count + 1) / 2 + 2);
   int pair = 0;
   for (int first = 0; first < count; ++first) {

@@ -30,6 +30,15 @@ INLINE Seen seen_in_pixel(float line_integral, __global const float* surrounding
   return seen_by_detector(line_integral, surrounded ? surroundings[pixel] : 0.0f, saturation);
 }
 
+// A tile that is not used costs nothing: all its sums are zero. Whole groups leave, so no barrier waits for them.
+#define SKIP_UNUSED_TILE(sum_count, stride)                                                                    \
+  if (!plan_of_tile.w) {                                                                                       \
+    for (int sum = get_local_id(0); sum <= (sum_count) + 1; sum += GROUP) {                                    \
+      sums_out[(size_t)get_group_id(0) * (stride) + sum] = 0.0f;                                               \
+    }                                                                                                          \
+    return;                                                                                                    \
+  }
+
 // The values of the tile's first pixel, which DRR and X-ray are relative to so that float suffices, into `reference`.
 #define REFERENCE_OF_TILE                                                                \
   if (get_local_id(0) == 0) {                                                            \
