@@ -1,6 +1,7 @@
 #include "xray_registration/pipeline/registration_pipeline.h"
 
 #include <algorithm>
+#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -20,6 +21,18 @@ RegistrationResult refusedBecause(const std::string& reason) {
   RegistrationResult result;
   result.reason = reason;
   return result;
+}
+
+/// A body that is a mesh is metal, which must not be masked away; other metal then is not either.
+ImageParameters imageFor(const NodeParameters& parameters, const Logger& logger) {
+  ImageParameters image = parameters.image;
+  const bool has_mesh = std::any_of(parameters.bodies.begin(), parameters.bodies.end(),
+                                    [](const BodyParameters& body) { return !body.mesh.empty(); });
+  if (has_mesh && image.find.metal) {
+    image.find.metal = false;
+    log(logger, LogLevel::kInfo, "a body is a mesh: metal is not looked for and masked (image/find_metal)");
+  }
+  return image;
 }
 
 std::vector<ViewInput> present(const std::vector<std::optional<ViewInput>>& views) {
@@ -66,7 +79,7 @@ void takeOnlyBody(const Eigen::Vector3d& centre_ct_mm, RegistrationResult* resul
 RegistrationPipeline::RegistrationPipeline(NodeParameters parameters, DeviceHost device, Logger logger)
     : parameters_(std::move(parameters)),
       logger_(std::move(logger)),
-      frame_maker_(parameters_.image, parameters_.viewNames()),
+      frame_maker_(imageFor(parameters_, logger_), parameters_.viewNames()),
       device_(std::move(device)),
       body_(parameters_.tracker) {}
 

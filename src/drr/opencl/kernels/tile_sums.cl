@@ -30,7 +30,9 @@ INLINE Seen seen_in_pixel(float line_integral, __global const float* surrounding
   return seen_by_detector(line_integral, surrounded ? surroundings[pixel] : 0.0f, saturation);
 }
 
-// A tile that is not used costs nothing: all its sums are zero. Whole groups leave, so no barrier waits for them.
+// A tile that is not used costs nothing: all its sums are zero. Only where a group is one work-item: PoCL cannot compile
+// a return before a barrier.
+#if LANES > 1
 #define SKIP_UNUSED_TILE(sum_count, stride)                                                                    \
   if (!plan_of_tile.w) {                                                                                       \
     for (int sum = get_local_id(0); sum <= (sum_count) + 1; sum += GROUP) {                                    \
@@ -38,6 +40,9 @@ INLINE Seen seen_in_pixel(float line_integral, __global const float* surrounding
     }                                                                                                          \
     return;                                                                                                    \
   }
+#else
+#define SKIP_UNUSED_TILE(sum_count, stride)
+#endif
 
 // The values of the tile's first pixel, which DRR and X-ray are relative to so that float suffices, into `reference`.
 #define REFERENCE_OF_TILE                                                                \
