@@ -94,6 +94,10 @@ void readAccept(const YAML::Node& tree, AcceptOptions* accept) {
   group.number("clear_margin", 0.0, 3.0, &accept->clear_margin);
   group.number("max_setup_error_mm", 0.01, 1000.0, &accept->max_setup_error_mm);
   group.number("max_residual_motion_mm", 0.01, 1000.0, &accept->max_residual_motion_mm);
+  group.number("body_min_similarity", -1.0, 1.0, &accept->body.min_similarity);
+  group.number("body_min_inlier_fraction", 0.0, 1.0, &accept->body.min_inlier_fraction);
+  group.number("body_min_margin", 0.0, 2.0, &accept->body.min_margin);
+  group.number("body_max_overlap_mm3", 0.0, 1e9, &accept->body.max_overlap_mm3);
   group.refuseUnknown();
 }
 

@@ -1,7 +1,6 @@
 #include "xray_registration/pipeline/registration_pipeline.h"
 
 #include <algorithm>
-#include <algorithm>
 #include <new>
 #include <utility>
 

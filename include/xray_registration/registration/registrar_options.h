@@ -14,7 +14,7 @@ struct BodyAcceptOptions {
   double min_similarity = 0.45;  ///< Of what the rest leaves unexplained.
   double min_inlier_fraction = 0.3;
   double min_margin = 0.03;        ///< Of a cold start, above the best other place.
-  double max_overlap_mm3 = 150.0;  ///< Of two bodies: bones are solid.
+  double max_overlap_mm3 = 300.0;  ///< Of two bodies: bones are solid.
 };
 
 /// Thresholds of the verdict (parameters accept/…); docs/accuracy.md has the data behind the defaults.
