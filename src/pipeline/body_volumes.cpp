@@ -12,7 +12,8 @@ namespace xray_registration {
 namespace {
 
 /// Line integral at which a detector is taken to saturate behind metal: a knee implant's thickness times 0.25 /mm is 2
-/// to 7, and its inside is one grey; from 0.6 to 1 both implants of a real knee come right (docs/accuracy.md).
+/// to 7, and its inside is one grey. With 1 both implants of a real knee come right, with less one of them does
+/// (docs/design.md).
 constexpr double kMetalSaturation = 1.0;
 
 std::vector<int> labelsOf(const BodyParameters& body, const CtParameters& ct) {
