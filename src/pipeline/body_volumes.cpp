@@ -44,6 +44,7 @@ std::vector<BodyParameters> cutBodiesOf(const NodeParameters& parameters) {
 CutCt cut(const Volume& ct, const NodeParameters& parameters, const std::vector<BodyParameters>& bodies,
           const Logger& logger) {
   std::vector<std::vector<int>> labels;
+  labels.reserve(bodies.size());
   for (const BodyParameters& body : bodies) labels.push_back(labelsOf(body, parameters.ct));
   return cutBodies(ct, parameters.ct.model, readLabels(parameters.ct.mask, parameters.ct.read, logger), labels);
 }
@@ -67,7 +68,7 @@ CtParts partsOf(const Volume& ct, const NodeParameters& parameters, const Logger
     const bool masked = !parameters.ct.mask.empty() && parameters.bodies.empty();
     parts.whole = std::make_shared<const AttenuationVolume>(
         masked ? toAttenuation(ct, parameters.ct.model, readLabels(parameters.ct.mask, parameters.ct.read, logger),
-                               {parameters.ct.label})
+                               std::vector<int>{parameters.ct.label})
                : toAttenuation(ct, parameters.ct.model));
     return parts;
   }

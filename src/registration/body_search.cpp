@@ -43,6 +43,7 @@ BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera
     }
   }
   std::vector<Solution> found;
+  found.reserve(places.size());
   for (const RigidTransform& place : places) found.push_back(descend(objective, place, kCoarseSteps, kFineSteps));
   const auto best = std::max_element(found.begin(), found.end(), [](const Solution& a, const Solution& b) {
     return !b.failed && (a.failed || a.sums.similarity < b.sums.similarity);

@@ -71,6 +71,7 @@ void DeviceViews::limitTo(const std::vector<Eigen::Vector3d>& points_body_mm, co
 void DeviceViews::leaveOut(const std::vector<BodyPlace>& bodies, double margin_mm) {
   for (View& view : views_) {
     std::vector<PixelBox> boxes;
+    boxes.reserve(bodies.size());
     for (const BodyPlace& body : bodies) {
       boxes.push_back(
           shadowBox(view.level(0).camera, body.points_mm, view.T_view_first * body.T_camera_body, margin_mm));
