@@ -73,11 +73,12 @@ CtParts partsOf(const Volume& ct, const NodeParameters& parameters, const Logger
     return parts;
   }
   CutCt pieces = cut(ct, parameters, bodies, logger);
-  parts.whole = std::make_shared<const AttenuationVolume>(toAttenuation(ct, parameters.ct.model));
+  parts.whole = std::make_shared<const AttenuationVolume>(std::move(pieces.whole));
   parts.rest = std::make_shared<const AttenuationVolume>(std::move(pieces.rest));
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    parts.bodies.push_back(
-        {bodies[i].name, std::move(pieces.bodies[i]), bodies[i].max_rotation_rad, bodies[i].max_translation_mm});
+    const Eigen::Vector3d centre_ct_mm = anatomicalCentreCt(pieces.bodies[i]);
+    parts.bodies.push_back({bodies[i].name, std::move(pieces.bodies[i]), bodies[i].max_rotation_rad,
+                            bodies[i].max_translation_mm, centre_ct_mm});
   }
   return parts;
 }

@@ -213,7 +213,7 @@ void RegistrationPipeline::closeOwn() {
 std::vector<FollowedBodyInfo> RegistrationPipeline::followedBodies() const {
   std::vector<FollowedBodyInfo> bodies;
   for (const BodyModel& body : body_.bodies) {
-    if (body.name != kOnlyBody) bodies.push_back({body.name, true, anatomicalCentreCt(body.volume)});
+    if (body.name != kOnlyBody) bodies.push_back({body.name, true, body.centre_ct_mm});
   }
   if (first_is_body_ && hasCt()) bodies.push_back({body_.name, false, body_.centre_ct_mm});
   for (const RegisteredBody& body : own_) bodies.push_back({body.name, false, body.centre_ct_mm});
@@ -301,7 +301,7 @@ void RegistrationPipeline::refuseBodies(const std::string& reason, RegistrationR
     refused.name = body.name;
     refused.T_camera_body = result->T_camera_ct;
     refused.reason = reason;
-    refused.centre_ct_mm = anatomicalCentreCt(body.volume);
+    refused.centre_ct_mm = body.centre_ct_mm;
     result->bodies.push_back(std::move(refused));
   }
 }

@@ -1,22 +1,12 @@
 #include "registration/body_judgement.h"
 
-#include <iomanip>
-#include <sstream>
-
 #include "registration/judgement.h"
 #include "registration/normal_matrix.h"
+#include "registration/sentence.h"
 #include "xray_registration/geometry/angles.h"
 
 namespace xray_registration {
 namespace {
-
-template <typename... Parts>
-std::string sentence(const Parts&... parts) {
-  std::ostringstream text;
-  text << std::setprecision(3);
-  (text << ... << parts);
-  return text.str();
-}
 
 std::string reasonToRefuse(const DeviceViews& views, const BodyModel& model, const BodyCues& cues,
                            const RegistrarOptions& options, const BodyResult& result) {

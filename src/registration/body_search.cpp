@@ -12,8 +12,7 @@ namespace {
 constexpr int kCoarseSteps = 12;
 constexpr int kFineSteps = 15;
 constexpr int kRefiningSteps = 8;
-constexpr int kTrackedSteps = 2;
-constexpr int kTrackedFineSteps = 3;
+constexpr int kTrackedFineSteps = 6;
 /// Places of the coarse level that are looked at on the finest.
 constexpr std::size_t kPlaces = 3;
 
@@ -59,7 +58,10 @@ BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera
 }
 
 Solution trackBody(BodyObjective* objective, const RigidTransform& start) {
-  return descend(objective, start, kTrackedSteps, kTrackedFineSteps);
+  // A prediction is nearly there: the coarse level, and what surrounds the body on it, is only drawn where it was not.
+  const Solution near = descend(objective, start, 0, kTrackedFineSteps);
+  if (near.converged && !near.failed) return near;
+  return descend(objective, start, kCoarseSteps, kFineSteps);
 }
 
 Solution refineBody(BodyObjective* objective, const RigidTransform& start) {

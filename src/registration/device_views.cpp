@@ -43,6 +43,7 @@ void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransf
                          double max_image_pixels) {
   views_.clear();
   surroundings_.clear();
+  backdrop_ = nullptr;
   for (const ViewInput& input : inputs) {
     const RigidTransform T_view_ct = input.T_view_first * T_camera_ct_start;
     const PreparedView prepared =
@@ -56,37 +57,43 @@ void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransf
 void DeviceViews::shareFrom(const DeviceViews& other) {
   views_.clear();
   surroundings_.clear();
+  backdrop_ = nullptr;
   for (const View& view : other.views_) {
     views_.push_back({engine_->share(view.xray.get()), view.told, view.T_view_first, view.twist_carried});
   }
 }
 
-void DeviceViews::limitTo(const std::vector<Eigen::Vector3d>& points_body_mm, const RigidTransform& T_camera_body,
-                          double margin_mm) {
-  for (View& view : views_) {
-    view.xray->limitTo(shadowBox(view.level(0).camera, points_body_mm, view.T_view_first * T_camera_body, margin_mm));
+std::vector<PixelBox> DeviceViews::shadowsIn(const View& view, const std::vector<BodyPlace>& bodies) const {
+  std::vector<PixelBox> boxes;
+  boxes.reserve(bodies.size());
+  for (const BodyPlace& body : bodies) {
+    boxes.push_back(
+        shadowBox(view.level(0).camera, body.points_mm, view.T_view_first * body.T_camera_body, body.margin_mm));
   }
+  return boxes;
 }
 
-void DeviceViews::leaveOut(const std::vector<BodyPlace>& bodies, double margin_mm) {
-  for (View& view : views_) {
-    std::vector<PixelBox> boxes;
-    boxes.reserve(bodies.size());
-    for (const BodyPlace& body : bodies) {
-      boxes.push_back(
-          shadowBox(view.level(0).camera, body.points_mm, view.T_view_first * body.T_camera_body, margin_mm));
-    }
-    view.xray->leaveOut(boxes);
-  }
+void DeviceViews::limitTo(const std::vector<BodyPlace>& bodies) {
+  for (View& view : views_) view.xray->limitTo(shadowsIn(view, bodies));
 }
 
-void DeviceViews::surroundBy(std::vector<Surrounding> surroundings) {
+void DeviceViews::leaveOut(const std::vector<BodyPlace>& bodies) {
+  for (View& view : views_) view.xray->leaveOut(shadowsIn(view, bodies));
+}
+
+void DeviceViews::surroundBy(std::vector<Surrounding> surroundings, DeviceViews* backdrop) {
   surroundings_ = std::move(surroundings);
+  backdrop_ = backdrop;
   for (View& view : views_) view.xray->forgetSurroundings();
 }
 
 void DeviceViews::drawSurroundings(const View& view, int level) {
-  if (surroundings_.empty() || view.xray->isSurrounded(level)) return;
+  if ((surroundings_.empty() && backdrop_ == nullptr) || view.xray->isSurrounded(level)) return;
+  if (backdrop_ != nullptr) {
+    const View& behind = backdrop_->views().at(static_cast<std::size_t>(&view - views_.data()));
+    backdrop_->drawSurroundings(behind, level);
+    engine_->surroundAs(view.xray.get(), level, behind.xray.get());
+  }
   const XrayCamera& camera = view.level(level).camera;
   for (const Surrounding& other : surroundings_) {
     const RigidTransform T_view_body = view.T_view_first * other.T_camera_body;
@@ -122,12 +129,14 @@ int DeviceViews::binningFor(const XrayCamera& whole, const RigidTransform& T_vie
 }
 
 bool DeviceViews::seesCentre(const RigidTransform& T_camera_ct) const {
-  const XrayCamera& camera = views_.front().level(0).camera;
-  const Eigen::Vector3d centre_camera_mm = T_camera_ct * centreCt();
-  if (!(centre_camera_mm.z() > 0.0)) return false;
-  const Eigen::Vector2d pixel = camera.project(centre_camera_mm);
-  return pixel.x() > -0.5 * camera.width && pixel.x() < 1.5 * camera.width && pixel.y() > -0.5 * camera.height &&
-         pixel.y() < 1.5 * camera.height;
+  return std::any_of(views_.begin(), views_.end(), [&](const View& view) {
+    const XrayCamera& camera = view.level(0).camera;
+    const Eigen::Vector3d centre_mm = view.T_view_first * T_camera_ct * centreCt();
+    if (!(centre_mm.z() > 0.0)) return false;
+    const Eigen::Vector2d pixel = camera.project(centre_mm);
+    return pixel.x() > -0.5 * camera.width && pixel.x() < 1.5 * camera.width && pixel.y() > -0.5 * camera.height &&
+           pixel.y() < 1.5 * camera.height;
+  });
 }
 
 int DeviceViews::lastLevel() const {

@@ -14,10 +14,11 @@ struct Surrounding {
   RigidTransform T_camera_body = RigidTransform::Identity();
 };
 
-/// Where a body's corners are.
+/// Where a body's corners are, and how far around them it may be.
 struct BodyPlace {
   std::vector<Eigen::Vector3d> points_mm;
   RigidTransform T_camera_body = RigidTransform::Identity();
+  double margin_mm = 0.0;
 };
 
 /// The views of one frame on the device, each cropped to where the CT can be and binned to what the solver can use.
@@ -41,16 +42,16 @@ class DeviceViews {
   /// Looks at another's views, which stay there, for the body on this engine: tiles and surroundings are its own.
   void shareFrom(const DeviceViews& other);
 
-  /// Uses only tiles that touch the shadows of points of the body, moved by up to `margin_mm`.
-  void limitTo(const std::vector<Eigen::Vector3d>& points_body_mm, const RigidTransform& T_camera_body,
-               double margin_mm);
+  /// Uses only tiles that the shadows of bodies touch.
+  void limitTo(const std::vector<BodyPlace>& bodies);
 
   /// Leaves out the tiles that the shadows of bodies touch, in place of what was left out before.
-  void leaveOut(const std::vector<BodyPlace>& bodies, double margin_mm);
+  void leaveOut(const std::vector<BodyPlace>& bodies);
 
-  /// What is around the body, in place of what was: X-rays are compared with the sum of all line integrals. The engines
-  /// outlive this.
-  void surroundBy(std::vector<Surrounding> surroundings);
+  /// What is around the body, in place of what was: X-rays are compared with the sum of all line integrals. What
+  /// surrounds `backdrop`, a look at the same views on all tiles that this one uses, is part of it. Engines and
+  /// backdrop outlive this.
+  void surroundBy(std::vector<Surrounding> surroundings, DeviceViews* backdrop = nullptr);
 
   /// Draws what surrounds the body on a level, unless that was done; before every evaluation.
   void drawSurroundings(const View& view, int level);
@@ -61,7 +62,7 @@ class DeviceViews {
   const std::vector<View>& views() const { return views_; }
   std::size_t size() const { return views_.size(); }
 
-  /// Whether the CT's centre lies in the first view's image or at most half an image beside it.
+  /// Whether the CT's centre lies in some view's image or at most half an image beside it.
   bool seesCentre(const RigidTransform& T_camera_ct) const;
 
   /// The coarsest pyramid level that every view has.
@@ -84,11 +85,13 @@ class DeviceViews {
 
  private:
   int binningFor(const XrayCamera& whole, const RigidTransform& T_view_ct, double max_image_pixels);
+  std::vector<PixelBox> shadowsIn(const View& view, const std::vector<BodyPlace>& bodies) const;
   double shadowPixels(const XrayCamera& camera, const RigidTransform& T_view_ct);
 
   Engine* engine_;
   std::vector<View> views_;
   std::vector<Surrounding> surroundings_;
+  DeviceViews* backdrop_ = nullptr;
 };
 
 }  // namespace xray_registration

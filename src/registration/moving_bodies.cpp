@@ -1,6 +1,7 @@
 #include "registration/moving_bodies.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "registration/body_search.h"
@@ -18,6 +19,7 @@ constexpr double kTrackedMarginMm = 4.0;
 constexpr double kLeftOutMarginMm = 3.0;
 /// A body's volume, as the rest's, projected: windows beyond its shadow say nothing about it.
 constexpr double kWindowMarginMm = 2.0;
+constexpr std::size_t kNoBody = std::numeric_limits<std::size_t>::max();
 
 std::vector<Eigen::Vector3d> cornersOf(const VolumeGrid& grid) {
   std::vector<Eigen::Vector3d> corners;
@@ -41,6 +43,7 @@ MovingBodies::MovingBodies(Engine* whole, const AttenuationVolume& rest, const s
     : rest_engine_(whole->sibling()) {
   rest_engine_->setVolume(rest);
   rest_views_ = std::make_unique<DeviceViews>(rest_engine_.get());
+  backdrop_ = std::make_unique<DeviceViews>(rest_engine_.get());
   for (const BodyModel& model : models) {
     Body body;
     body.model.name = model.name;
@@ -74,49 +77,28 @@ std::vector<FloatImage> MovingBodies::render(const XrayCamera& camera, const Rig
 void MovingBodies::leaveOutOf(DeviceViews* whole, const RigidTransform& T_camera_ct) const {
   std::vector<BodyPlace> places;
   for (const Body& body : bodies_) {
-    places.push_back({body.corners_ct_mm, T_camera_ct});
-    if (body.found) places.push_back({body.corners_ct_mm, T_camera_ct * body.T_ct_body});
+    places.push_back({body.corners_ct_mm, T_camera_ct, kLeftOutMarginMm});
+    if (body.found) places.push_back({body.corners_ct_mm, T_camera_ct * body.T_ct_body, kLeftOutMarginMm});
   }
-  whole->leaveOut(places, kLeftOutMarginMm);
+  whole->leaveOut(places);
 }
 
-std::vector<Surrounding> MovingBodies::around(const Body* body, const RigidTransform& T_camera_ct,
-                                              const std::vector<RigidTransform>& T_ct_body) const {
+std::vector<Surrounding> MovingBodies::othersThan(std::size_t body, const RigidTransform& T_camera_ct,
+                                                  const std::vector<RigidTransform>& T_ct_body) const {
   std::vector<Surrounding> others;
-  if (body != nullptr) others.push_back({rest_engine_.get(), T_camera_ct});
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (&bodies_[i] != body) others.push_back({bodies_[i].engine.get(), T_camera_ct * T_ct_body[i]});
+    if (i != body) others.push_back({bodies_[i].engine.get(), T_camera_ct * T_ct_body[i]});
   }
   return others;
 }
 
 DeviceViews* MovingBodies::viewsOfRest(const DeviceViews& whole, const RigidTransform& T_camera_ct) {
   std::vector<RigidTransform> last;
+  last.reserve(bodies_.size());
   for (const Body& body : bodies_) last.push_back(body.T_ct_body);
   rest_views_->shareFrom(whole);
-  rest_views_->surroundBy(around(nullptr, T_camera_ct, last));
+  rest_views_->surroundBy(othersThan(kNoBody, T_camera_ct, last));
   return rest_views_.get();
-}
-
-void MovingBodies::look(const DeviceViews& views, Body* body, const RigidTransform& T_camera_start, double reach_mm,
-                        const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_body) {
-  body->views->shareFrom(views);
-  body->views->limitTo(body->corners_ct_mm, T_camera_start, reach_mm + kWindowMarginMm);
-  body->views->surroundBy(around(body, T_camera_ct, T_ct_body));
-}
-
-BodyCues MovingBodies::solve(Body* body, const BodyStart& start, const RigidTransform& T_camera_ct,
-                             BodyObjective* objective) {
-  BodyCues cues;
-  const RigidTransform T_camera_start = T_camera_ct * start.T_ct_body;
-  if (start.tracking && body->found) {
-    cues.solution = trackBody(objective, T_camera_start);
-  } else {
-    const BodySolution found = searchBody(objective, T_camera_ct, T_camera_start);
-    cues.solution = found.solution;
-    cues.rival = found.rival;
-  }
-  return cues;
 }
 
 Eigen::MatrixXd MovingBodies::overlapsMm3(const std::vector<RigidTransform>& T_ct_body) const {
@@ -133,64 +115,110 @@ Eigen::MatrixXd MovingBodies::overlapsMm3(const std::vector<RigidTransform>& T_c
   return overlaps;
 }
 
-void MovingBodies::refineRest(const DeviceViews& views, const std::vector<RigidTransform>& T_ct_body,
-                              const RegistrarOptions& options, Solution* rest) {
-  rest_views_->shareFrom(views);
-  rest_views_->surroundBy(around(nullptr, rest->T_camera_ct, T_ct_body));
-  StepBudget budget(options.max_steps_per_frame);
-  FrameObjective objective(rest_engine_.get(), rest_views_.get(), options, &budget);
-  Solution refined = *rest;
-  if (objective.solve(stageOn(0, kRestSteps, options.similarity), &refined) && !refined.failed) *rest = refined;
+bool MovingBodies::isTracked(const Frame& frame, std::size_t body) const {
+  return frame.starts[body].tracking && bodies_[body].found;
+}
+
+BodyPlace MovingBodies::expected(const Frame& frame, std::size_t i) const {
+  const Body& body = bodies_[i];
+  if (isTracked(frame, i)) return found(frame, i);
+  const double reach_mm =
+      body.model.max_translation_mm + body.engine->volume().radiusMm() * body.model.max_rotation_rad;
+  return {body.corners_ct_mm, frame.rest->T_camera_ct, reach_mm + kWindowMarginMm};
+}
+
+BodyPlace MovingBodies::found(const Frame& frame, std::size_t body) const {
+  return {bodies_[body].corners_ct_mm, frame.rest->T_camera_ct * frame.T_ct_body[body],
+          kTrackedMarginMm + kWindowMarginMm};
+}
+
+void MovingBodies::drawBackdrop(const Frame& frame, const std::vector<BodyPlace>& places) {
+  backdrop_->shareFrom(frame.views);
+  backdrop_->limitTo(places);
+  backdrop_->surroundBy({{rest_engine_.get(), frame.rest->T_camera_ct}});
+}
+
+void MovingBodies::solveEach(Frame* frame, const std::vector<BodyPlace>& places,
+                             const std::function<void(std::size_t body, BodyObjective*)>& solve) {
+  drawBackdrop(*frame, places);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Body& body = bodies_[i];
+    body.views->shareFrom(frame->views);
+    body.views->limitTo({places[i]});
+    body.views->surroundBy(othersThan(i, frame->rest->T_camera_ct, frame->T_ct_body), backdrop_.get());
+    const RegistrarOptions own = optionsFor(body.model, frame->options);
+    BodyObjective objective(body.engine.get(), body.views.get(), own, &frame->budgets[i]);
+    solve(i, &objective);
+    const Solution& solution = frame->cues[i].solution;
+    if (!solution.failed) frame->T_ct_body[i] = frame->rest->T_camera_ct.inverse() * solution.T_camera_ct;
+  }
+}
+
+void MovingBodies::search(Frame* frame, std::size_t body, BodyObjective* objective) {
+  const RigidTransform T_camera_start = frame->rest->T_camera_ct * frame->T_ct_body[body];
+  BodyCues& cues = frame->cues[body];
+  if (isTracked(*frame, body)) {
+    cues.solution = trackBody(objective, T_camera_start);
+    return;
+  }
+  const BodySolution best = searchBody(objective, frame->rest->T_camera_ct, T_camera_start);
+  cues.solution = best.solution;
+  cues.rival = best.rival;
+}
+
+void MovingBodies::refine(Frame* frame, std::size_t body, BodyObjective* objective) {
+  BodyCues& cues = frame->cues[body];
+  if (cues.solution.failed) return;
+  const Solution refined = refineBody(objective, cues.solution.T_camera_ct);
+  if (!refined.failed) cues.solution = refined;
+}
+
+void MovingBodies::refineRest(Frame* frame) {
+  rest_views_->shareFrom(frame->views);
+  rest_views_->surroundBy(othersThan(kNoBody, frame->rest->T_camera_ct, frame->T_ct_body));
+  StepBudget budget(frame->options.max_steps_per_frame);
+  FrameObjective objective(rest_engine_.get(), rest_views_.get(), frame->options, &budget);
+  Solution refined = *frame->rest;
+  if (objective.solve(stageOn(0, kRestSteps, frame->options.similarity), &refined) && !refined.failed) {
+    *frame->rest = refined;
+  }
+}
+
+std::vector<BodyResult> MovingBodies::judge(const Frame& frame) {
+  std::vector<BodyResult> results;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    BodyCues cues = frame.cues[i];
+    cues.T_camera_ct = frame.rest->T_camera_ct;
+    cues.exceeded_steps = frame.budgets[i].exceeded() ? frame.budgets[i].allowed() : 0;
+    results.push_back(judgeBody(*bodies_[i].views, bodies_[i].model, cues, frame.options));
+    results.back().iterations = frame.budgets[i].used();
+  }
+  refuseOverlaps(overlapsMm3(frame.T_ct_body), frame.options.accept.body, &results);
+  return results;
 }
 
 std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const std::vector<BodyStart>& starts,
                                                  const RegistrarOptions& options, Solution* rest) {
-  std::vector<RigidTransform> T_ct_body;
+  const std::size_t count = bodies_.size();
+  Frame frame{views, options, rest, starts, {}, std::vector<BodyCues>(count), {}};
+  frame.budgets.assign(count, StepBudget(options.max_steps_per_frame));
+  for (std::size_t i = 0; i < count; ++i) frame.T_ct_body.push_back(starts.at(i).T_ct_body);
+  std::vector<BodyPlace> places;
   bool cold = false;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    T_ct_body.push_back(starts.at(i).T_ct_body);
-    cold |= !(starts[i].tracking && bodies_[i].found);
+  for (std::size_t i = 0; i < count; ++i) {
+    places.push_back(expected(frame, i));
+    cold |= !isTracked(frame, i);
   }
-  std::vector<BodyCues> cues(bodies_.size());
-  std::vector<StepBudget> budgets(bodies_.size(), StepBudget(options.max_steps_per_frame));
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    Body& body = bodies_[i];
-    const RegistrarOptions own = optionsFor(body.model, options);
-    const bool tracked = starts[i].tracking && body.found;
-    const double reach_mm =
-        tracked ? kTrackedMarginMm
-                : body.model.max_translation_mm + body.engine->volume().radiusMm() * body.model.max_rotation_rad;
-    look(views, &body, rest->T_camera_ct * (tracked ? T_ct_body[i] : RigidTransform::Identity()), reach_mm,
-         rest->T_camera_ct, T_ct_body);
-    BodyObjective objective(body.engine.get(), body.views.get(), own, &budgets[i]);
-    cues[i] = solve(&body, starts[i], rest->T_camera_ct, &objective);
-    if (!cues[i].solution.failed) T_ct_body[i] = rest->T_camera_ct.inverse() * cues[i].solution.T_camera_ct;
-  }
+  solveEach(&frame, places, [&](std::size_t i, BodyObjective* objective) { search(&frame, i, objective); });
   if (cold) {
-    refineRest(views, T_ct_body, options, rest);
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      Body& body = bodies_[i];
-      if (cues[i].solution.failed) continue;
-      const RegistrarOptions own = optionsFor(body.model, options);
-      look(views, &body, cues[i].solution.T_camera_ct, kTrackedMarginMm, rest->T_camera_ct, T_ct_body);
-      BodyObjective objective(body.engine.get(), body.views.get(), own, &budgets[i]);
-      const Solution refined = refineBody(&objective, cues[i].solution.T_camera_ct);
-      if (!refined.failed) cues[i].solution = refined;
-      T_ct_body[i] = rest->T_camera_ct.inverse() * cues[i].solution.T_camera_ct;
-    }
+    refineRest(&frame);
+    for (std::size_t i = 0; i < count; ++i) places[i] = found(frame, i);
+    solveEach(&frame, places, [&](std::size_t i, BodyObjective* objective) { refine(&frame, i, objective); });
   }
-  std::vector<BodyResult> results;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    Body& body = bodies_[i];
-    cues[i].T_camera_ct = rest->T_camera_ct;
-    cues[i].exceeded_steps = budgets[i].exceeded() ? budgets[i].allowed() : 0;
-    results.push_back(judgeBody(*body.views, body.model, cues[i], options));
-    results.back().iterations = budgets[i].used();
-  }
-  refuseOverlaps(overlapsMm3(T_ct_body), options.accept.body, &results);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  const std::vector<BodyResult> results = judge(frame);
+  for (std::size_t i = 0; i < count; ++i) {
     bodies_[i].found = results[i].accepted;
-    if (bodies_[i].found) bodies_[i].T_ct_body = T_ct_body[i];
+    if (bodies_[i].found) bodies_[i].T_ct_body = frame.T_ct_body[i];
   }
   return results;
 }

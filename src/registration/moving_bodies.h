@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -52,18 +53,38 @@ class MovingBodies {
     bool found = false;                                     ///< By a cold start that was accepted.
   };
 
-  std::vector<Surrounding> around(const Body* body, const RigidTransform& T_camera_ct,
-                                  const std::vector<RigidTransform>& T_ct_body) const;
-  BodyCues solve(Body* body, const BodyStart& start, const RigidTransform& T_camera_ct, BodyObjective* objective);
-  /// Looks at the frame for the body, so far around where it is expected.
-  void look(const DeviceViews& views, Body* body, const RigidTransform& T_camera_start, double reach_mm,
-            const RigidTransform& T_camera_ct, const std::vector<RigidTransform>& T_ct_body);
+  /// A frame while its bodies are solved.
+  struct Frame {
+    const DeviceViews& views;
+    const RegistrarOptions& options;
+    Solution* rest;
+    std::vector<BodyStart> starts;
+    std::vector<RigidTransform> T_ct_body;  ///< As far as is known.
+    std::vector<BodyCues> cues;
+    std::vector<StepBudget> budgets;
+  };
+
+  bool isTracked(const Frame& frame, std::size_t body) const;
+  /// All bodies but one, where the frame has them.
+  std::vector<Surrounding> othersThan(std::size_t body, const RigidTransform& T_camera_ct,
+                                      const std::vector<RigidTransform>& T_ct_body) const;
+  /// Where a body is looked for at first, and around what was found.
+  BodyPlace expected(const Frame& frame, std::size_t body) const;
+  BodyPlace found(const Frame& frame, std::size_t body) const;
+  /// The rest behind the bodies, drawn once for all that look there.
+  void drawBackdrop(const Frame& frame, const std::vector<BodyPlace>& places);
+  /// Solves for each body in turn, with all others where they are by then.
+  void solveEach(Frame* frame, const std::vector<BodyPlace>& places,
+                 const std::function<void(std::size_t body, BodyObjective*)>& solve);
+  void search(Frame* frame, std::size_t body, BodyObjective* objective);
+  void refine(Frame* frame, std::size_t body, BodyObjective* objective);
+  void refineRest(Frame* frame);
+  std::vector<BodyResult> judge(const Frame& frame);
   Eigen::MatrixXd overlapsMm3(const std::vector<RigidTransform>& T_ct_body) const;
-  void refineRest(const DeviceViews& views, const std::vector<RigidTransform>& T_ct_body,
-                  const RegistrarOptions& options, Solution* rest);
 
   std::unique_ptr<Engine> rest_engine_;
   std::unique_ptr<DeviceViews> rest_views_;
+  std::unique_ptr<DeviceViews> backdrop_;
   std::vector<Body> bodies_;
 };
 

@@ -1,21 +1,12 @@
 #include "xray_registration/registration/verdict.h"
 
 #include <algorithm>
-#include <iomanip>
-#include <sstream>
 
+#include "registration/sentence.h"
 #include "xray_registration/geometry/angles.h"
 
 namespace xray_registration {
 namespace {
-
-template <typename... Parts>
-std::string sentence(const Parts&... parts) {
-  std::ostringstream text;
-  text << std::setprecision(3);
-  (text << ... << parts);
-  return text.str();
-}
 
 /// How much less alike than its cold start a tracked frame may be where that was not alike itself.
 constexpr double kMayFall = 0.1;

@@ -63,7 +63,8 @@ CutCt cutBodies(const Volume& ct, const AttenuationModel& model, const LabelVolu
   checkLabels(labels);
   const LabelTable table(labels_of_bodies);
   CutCt result;
-  result.rest = toAttenuation(ct, model);
+  result.whole = toAttenuation(ct, model);
+  result.rest = result.whole;
   BodyMap map(ct.grid, labels, table);
   for (std::size_t body = 0; body < labels_of_bodies.size(); ++body) {
     for (const int label : labels_of_bodies[body]) {

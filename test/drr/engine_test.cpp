@@ -475,7 +475,7 @@ TEST_F(EngineTest, StorageOfOneXrayCarriesNothingIntoTheNext) {
 
 TEST_F(EngineTest, XraysOfAnotherKindAreRefused) {
   class OtherXray : public ResidentXray {
-    void limitTo(const PixelBox&) override {}
+    void limitTo(const std::vector<PixelBox>&) override {}
     void leaveOut(const std::vector<PixelBox>&) override {}
     void forgetSurroundings() override {}
     bool isSurrounded(int) const override { return false; }
@@ -535,6 +535,52 @@ TEST_F(EngineTest, LineIntegralsOfBodiesAdd) {
   EXPECT_EQ(similarity(look.get()), alone);
 }
 
+TEST_F(EngineTest, SurroundingsOfManyLooksAreDrawnOneBehindTheOther) {
+  // Nothing is read back in between, so a pose may only be overwritten once it was sent.
+  const BodyScene scene;
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(scene.volume);
+  const FloatImage xray = engine->render(kCamera, 0, scene.pose);
+  const auto whole = engine->upload(kCamera, xray, FloatImage(kCamera.width, kCamera.height, 1.0F));
+  constexpr int kLooks = 8;
+  const auto sums = [&](bool wait) {
+    std::vector<std::unique_ptr<ResidentXray>> looks;
+    for (int i = 0; i < kLooks; ++i) {
+      looks.push_back(engine->share(whole.get()));
+      engine->surround(looks.back().get(), 0, 0, updatedPose(scene.pose, 3.0 * i * Twist::Unit(0), {0, 0, 300}));
+      if (wait) engine->device().finish();
+    }
+    std::vector<std::vector<float>> all;
+    for (const auto& look : looks) all.push_back(engine->addUpBody(look.get(), 0, 0, scene.pose).sums);
+    return all;
+  };
+  const auto waited = sums(true);
+  EXPECT_EQ(waited, sums(false));
+  EXPECT_NE(waited[0], waited[1]);
+}
+
+TEST_F(EngineTest, SurroundingsAreCopiedFromAnotherLook) {
+  const BodyScene scene;
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(scene.volume);
+  const FloatImage xray = engine->render(kCamera, 0, scene.pose);
+  const auto whole = engine->upload(kCamera, xray, FloatImage(kCamera.width, kCamera.height, 1.0F));
+  const auto backdrop = engine->share(whole.get());
+  const auto look = engine->share(whole.get());
+  const auto sums = [&](ResidentXray* seen) { return engine->addUpBody(seen, 0, 0, scene.pose).sums; };
+  const auto alone = sums(look.get());
+  engine->surround(look.get(), 0, 0, scene.pose);  // Is replaced, not added to.
+  engine->surround(backdrop.get(), 0, 0, scene.pose_around);
+  engine->surroundAs(look.get(), 0, backdrop.get());
+  EXPECT_TRUE(look->isSurrounded(0));
+  EXPECT_EQ(sums(look.get()), sums(backdrop.get()));
+  EXPECT_NE(sums(look.get()), alone);
+  backdrop->forgetSurroundings();
+  engine->surroundAs(look.get(), 0, backdrop.get());
+  EXPECT_FALSE(look->isSurrounded(0));
+  EXPECT_EQ(sums(look.get()), alone);
+}
+
 TEST_F(EngineTest, ABodysSumsAreThoseOfItsPartsAndDerivatives) {
   const BodyScene scene;
   const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
@@ -584,13 +630,18 @@ TEST_F(EngineTest, TilesBesideTheBoxAreNotUsed) {
   const auto used = [&](ResidentXray* seen, int x, int y) {
     return engine->addUpBody(seen, 0, 0, scene.pose).tile(x, y)[0] > 0.0F;
   };
-  look->limitTo({17.0, 9.0, 30.0, 20.0});
+  look->limitTo({{17.0, 9.0, 30.0, 20.0}});
   EXPECT_TRUE(used(look.get(), 2, 1));
   EXPECT_TRUE(used(look.get(), 3, 2));
   EXPECT_FALSE(used(look.get(), 1, 1));
   EXPECT_FALSE(used(look.get(), 2, 3));
   EXPECT_TRUE(used(whole.get(), 1, 1));
+  look->limitTo({{17.0, 9.0, 30.0, 20.0}, {1.0, 9.0, 2.0, 10.0}});
+  EXPECT_TRUE(used(look.get(), 2, 1));
+  EXPECT_TRUE(used(look.get(), 0, 1));
+  EXPECT_FALSE(used(look.get(), 1, 1));
   look->limitTo({});
+  EXPECT_TRUE(used(look.get(), 1, 1));
   look->leaveOut({{17.0, 9.0, 30.0, 20.0}});
   EXPECT_FALSE(used(look.get(), 2, 1));
   EXPECT_TRUE(used(look.get(), 1, 1));

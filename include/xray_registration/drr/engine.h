@@ -54,6 +54,10 @@ class Engine {
   /// this level of the X-ray; on the tiles that are used. Evaluations then compare the X-ray with the sum.
   virtual void surround(ResidentXray* xray, int xray_level, int volume_level, const RigidTransform& T_camera_ct) = 0;
 
+  /// What another look at the same X-ray has around it on this level, in place of what this one has: drawn once, for
+  /// several bodies. On tiles that the other one does not use it is not known.
+  virtual void surroundAs(ResidentXray* xray, int xray_level, ResidentXray* other) = 0;
+
   /// Lowers the weights where rays leave the CT through a cut face with tissue on it (the body goes on, the CT does
   /// not), smoothly, as seen from a pose; `limit` is the line integral of unexplained tissue that halves a weight.
   /// Returns the mean factor over the image: 1 when every ray is explained.

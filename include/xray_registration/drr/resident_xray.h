@@ -39,9 +39,10 @@ class ResidentXray {
   /// Standard deviation of the attenuation over the allowed pixels.
   double deviation() const { return deviation_; }
 
-  /// From now on only tiles that touch the box are used. What surrounds the body is forgotten.
-  virtual void limitTo(const PixelBox& box) = 0;
-  /// The opposite for several boxes, in place of those before.
+  /// From now on only tiles that touch one of the boxes are used; all where there is none. What surrounds the body is
+  /// forgotten.
+  virtual void limitTo(const std::vector<PixelBox>& boxes) = 0;
+  /// The opposite, in place of the boxes left out before.
   virtual void leaveOut(const std::vector<PixelBox>& boxes) = 0;
   /// Forgets what surrounds the body (Engine::surround): where it moved.
   virtual void forgetSurroundings() = 0;

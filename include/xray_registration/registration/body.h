@@ -13,8 +13,9 @@ struct BodyModel {
   std::string name;
   /// What the body adds to the rest's line integrals; small, since it is cut to its own box.
   AttenuationVolume volume;
-  double max_rotation_rad = 0.3;     ///< How far from where the CT has it,
-  double max_translation_mm = 10.0;  ///< of its centre.
+  double max_rotation_rad = 0.3;                           ///< How far from where the CT has it,
+  double max_translation_mm = 10.0;                        ///< of its centre.
+  Eigen::Vector3d centre_ct_mm = Eigen::Vector3d::Zero();  ///< Of what the volume shows.
 };
 
 /// Where a body is expected, against where the rest of the CT is: the identity is where the CT has it.

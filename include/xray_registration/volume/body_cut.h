@@ -13,6 +13,7 @@ constexpr int kFillHu = 40;
 struct CutCt {
   std::vector<AttenuationVolume> bodies;
   AttenuationVolume rest;
+  AttenuationVolume whole;  ///< Not cut.
 };
 
 /// Cuts bodies out of a CT by their labels (nearest neighbour, through the CT frame). In a body's voxels the rest keeps

@@ -141,6 +141,15 @@ class EngineOpenCl : public Engine {
     });
   }
 
+  void surroundAs(ResidentXray* xray, int xray_level, ResidentXray* other) override {
+    guarded(device_->name(), "copying what surrounds a body", [&] {
+      OpenClXray& seen = own(xray);
+      seen.makeReady(xray_level, &bench_);
+      seen.forgetSurroundings(xray_level);
+      if (other->isSurrounded(xray_level)) seen.surroundWith(own(other).surroundings(xray_level), xray_level, &bench_);
+    });
+  }
+
   double weighUnexplained(ResidentXray* xray, const RigidTransform& T_camera_ct, double limit) override {
     return guarded(device_->name(), "weighing the X-ray", [&]() -> double {
       const XrayCamera& camera = xray->levels().front().camera;
@@ -264,29 +273,28 @@ class EngineOpenCl : public Engine {
   }
 
   void uploadPoses(const OpenClLevel& level, const XrayCamera& camera, const std::vector<RigidTransform>& poses) {
-    pose_staging_.resize(poses.size() * layout::kPoseStride);
+    std::vector<float>& floats = pose_staging_.refill();
+    floats.resize(poses.size() * layout::kPoseStride);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const PoseParameters parameters = poseParameters(level, camera, poses[i], poses[i] * volume().centreCt());
       std::copy(parameters.begin(), parameters.end(),
-                pose_staging_.begin() + static_cast<std::ptrdiff_t>(i * layout::kPoseStride));
+                floats.begin() + static_cast<std::ptrdiff_t>(i * layout::kPoseStride));
     }
-    const std::size_t bytes = sizeof(float) * pose_staging_.size();
-    bench_.queue().enqueueWriteBuffer(poses_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, pose_staging_.data());
+    pose_staging_.writeTo(&poses_, &bench_);
   }
 
   void uploadPose(const PoseParameters& parameters) {
-    pose_staging_.assign(parameters.begin(), parameters.end());
-    const std::size_t bytes = sizeof(float) * pose_staging_.size();
-    bench_.queue().enqueueWriteBuffer(poses_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, pose_staging_.data());
+    pose_staging_.refill().assign(parameters.begin(), parameters.end());
+    pose_staging_.writeTo(&poses_, &bench_);
   }
 
   void uploadMotions(const std::vector<RayMotion>& motions) {
     if (motions.size() > layout::kMostMotions)
       throw std::invalid_argument("more motions of the rays than a launch takes");
-    motion_staging_.assign(std::max<std::size_t>(motions.size(), 1) * layout::kMotionStride, 0.0F);
-    for (std::size_t i = 0; i < motions.size(); ++i) pack(motions[i], &motion_staging_[i * layout::kMotionStride]);
-    const std::size_t bytes = sizeof(float) * motion_staging_.size();
-    bench_.queue().enqueueWriteBuffer(motions_.atLeast(bytes, &bench_), CL_FALSE, 0, bytes, motion_staging_.data());
+    std::vector<float>& floats = motion_staging_.refill();
+    floats.assign(std::max<std::size_t>(motions.size(), 1) * layout::kMotionStride, 0.0F);
+    for (std::size_t i = 0; i < motions.size(); ++i) pack(motions[i], &floats[i * layout::kMotionStride]);
+    motion_staging_.writeTo(&motions_, &bench_);
   }
 
   /// Runs such a kernel for one pose and reads the sums of all tiles.
@@ -396,8 +404,7 @@ class EngineOpenCl : public Engine {
   int forced_split_ = 0;
   GrowingBuffer poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_, map_, motions_;
   int all_tiles_count_ = 0;
-  std::vector<float> pose_staging_;
-  std::vector<float> motion_staging_;
+  Staging pose_staging_, motion_staging_;
   std::vector<float> terms_staging_;
   int last_windows_ = 0;
   cl::Event plan_event_, march_event_, windows_event_;

@@ -72,9 +72,8 @@ void OpenClXray::useAllTiles() {
   forgetSurroundings();  // They were drawn on the tiles that were used.
 }
 
-void OpenClXray::limitTo(const PixelBox& box) {
-  box_ = box;
-  limited_ = true;
+void OpenClXray::limitTo(const std::vector<PixelBox>& boxes) {
+  limits_ = boxes;
   useAllTiles();
 }
 
@@ -121,10 +120,15 @@ void OpenClXray::markTiles(int level, Workbench* bench) {
   const Level& seen = levels_[static_cast<std::size_t>(level)];
   const auto tiles = static_cast<std::size_t>(seen.tiles());
   LookStorage::Level& storage = storageOf(level);
-  bench->run(&bench->kernels().used_tiles, perItem(seen.tiles()), attenuation(level), weight(level), seen.camera.width,
-             seen.camera.height, seen.tiles_x, seen.tiles(), boxOn(level, box_),
-             storage.used_tiles.atLeast(sizeof(cl_int) * tiles, bench),
-             storage.contrast.atLeast(sizeof(float) * tiles, bench));
+  const std::vector<PixelBox> everywhere = {PixelBox()};
+  cl_int begins = 1;
+  for (const PixelBox& box : limits_.empty() ? everywhere : limits_) {
+    bench->run(&bench->kernels().used_tiles, perItem(seen.tiles()), attenuation(level), weight(level),
+               seen.camera.width, seen.camera.height, seen.tiles_x, seen.tiles(), boxOn(level, box), begins,
+               storage.used_tiles.atLeast(sizeof(cl_int) * tiles, bench),
+               storage.contrast.atLeast(sizeof(float) * tiles, bench));
+    begins = 0;
+  }
   for (const PixelBox& box : left_out_) {
     bench->run(&bench->kernels().leave_out_tiles, perItem(seen.tiles()), seen.tiles_x, seen.tiles(), boxOn(level, box),
                storage.used_tiles.get(), storage.contrast.get());
@@ -138,7 +142,7 @@ void OpenClXray::keepContrastTiles(int level, double part, Workbench* bench) {
   bench->queue().enqueueReadBuffer(storageOf(level).contrast.get(), CL_TRUE, 0, sizeof(float) * count, contrast.data());
   std::vector<float> sorted = contrast;
   // What a box leaves out is not part of what is chosen from.
-  if (limited_) sorted.erase(std::remove(sorted.begin(), sorted.end(), 0.0F), sorted.end());
+  if (!limits_.empty()) sorted.erase(std::remove(sorted.begin(), sorted.end(), 0.0F), sorted.end());
   if (sorted.empty()) return;
   const float threshold = quantileBelow(&sorted, 1.0 - part);
   std::vector<cl_int> used(count);

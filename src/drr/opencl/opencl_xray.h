@@ -23,9 +23,10 @@ class OpenClXray : public ResidentXray {
   /// Gives the storage to the spares.
   ~OpenClXray() override;
 
-  void limitTo(const PixelBox& box) override;
+  void limitTo(const std::vector<PixelBox>& boxes) override;
   void leaveOut(const std::vector<PixelBox>& boxes) override;
   void forgetSurroundings() override;
+  void forgetSurroundings(int level) { surrounded_[static_cast<std::size_t>(level)] = 0; }
   bool isSurrounded(int level) const override { return surrounded(level) != 0; }
 
   /// The weights as uploaded, unless they are another look's to weigh; and all tiles.
@@ -59,8 +60,7 @@ class OpenClXray : public ResidentXray {
   std::shared_ptr<XrayPixels> pixels_;
   std::unique_ptr<LookStorage> storage_;
   bool owns_weights_ = true;
-  PixelBox box_;
-  bool limited_ = false;
+  std::vector<PixelBox> limits_;
   std::vector<PixelBox> left_out_;
   bool tiles_kept_ = false;  ///< Some level uses only a part of its tiles.
   int revision_ = 0;         ///< Of the pixels that the tiles were marked for.

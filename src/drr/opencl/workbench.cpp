@@ -50,4 +50,17 @@ const cl::Buffer& GrowingBuffer::atLeast(std::size_t bytes, Workbench* bench) {
   return buffer_;
 }
 
+std::vector<float>& Staging::refill() {
+  if (written_() != nullptr) written_.wait();
+  written_ = cl::Event();
+  return floats_;
+}
+
+const cl::Buffer& Staging::writeTo(GrowingBuffer* buffer, Workbench* bench) {
+  const std::size_t bytes = sizeof(float) * floats_.size();
+  const cl::Buffer& target = buffer->atLeast(bytes, bench);
+  bench->queue().enqueueWriteBuffer(target, CL_FALSE, 0, bytes, floats_.data(), nullptr, &written_);
+  return target;
+}
+
 }  // namespace xray_registration

@@ -64,4 +64,17 @@ class GrowingBuffer {
   std::size_t bytes_ = 0;
 };
 
+/// Numbers on their way to the device: what a queued write still reads may not be filled anew.
+class Staging {
+ public:
+  /// The numbers to fill in, once the last write is through.
+  std::vector<float>& refill();
+  /// Queues the write, without waiting for it.
+  const cl::Buffer& writeTo(GrowingBuffer* buffer, Workbench* bench);
+
+ private:
+  std::vector<float> floats_;
+  cl::Event written_;
+};
+
 }  // namespace xray_registration

@@ -18,16 +18,19 @@ __kernel void halve_xray(__global const float* xray, __global const float* weigh
   half_weight[i] = total_weight >= 2.0f ? 0.25f * total_weight : 0.0f;
 }
 
-// Whether any pixel of a tile has weight and lies in the box [x, z) × [y, w), and how much the X-ray varies in it.
+// Whether any pixel of a tile has weight and lies in the box [x, z) × [y, w), and how much the X-ray varies in it. With
+// `begins` tiles beside the box are not used, else they are what they were.
 __kernel void used_tiles(__global const float* xray, __global const float* weight, const int width, const int height,
-                         const int tiles_x, const int tiles, const float4 box, __global int* used,
-                         __global float* contrast) {
+                         const int tiles_x, const int tiles, const float4 box, const int begins,
+                         __global int* used, __global float* contrast) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;
   const int2 origin = tile_origin(tile, tiles_x);
   if (origin.x >= box.z || origin.x + TILE <= box.x || origin.y >= box.w || origin.y + TILE <= box.y) {
-    used[tile] = 0;
-    contrast[tile] = 0.0f;
+    if (begins) {
+      used[tile] = 0;
+      contrast[tile] = 0.0f;
+    }
     return;
   }
   const float reference = xray[origin.y * width + origin.x];
