@@ -40,7 +40,7 @@ PixelBox shadowBox(const XrayCamera& camera, const std::vector<Eigen::Vector3d>&
 }  // namespace
 
 void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
-                         double max_image_pixels) {
+                         double max_image_pixels, int halvings) {
   views_.clear();
   surroundings_.clear();
   backdrop_ = nullptr;
@@ -48,7 +48,7 @@ void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransf
     const RigidTransform T_view_ct = input.T_view_first * T_camera_ct_start;
     const PreparedView prepared =
         prepareView(*input.xray, T_view_ct * centreCt(), engine_->volume().radiusMm() + kCropMarginMm,
-                    binningFor(input.xray->camera, T_view_ct, max_image_pixels));
+                    binningFor(input.xray->camera, T_view_ct, max_image_pixels) << halvings);
     views_.push_back({engine_->upload(prepared.camera, prepared.attenuation, prepared.weight), input.xray->camera,
                       input.T_view_first, twistCarriedBy(input.T_view_first)});
   }

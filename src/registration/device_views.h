@@ -36,8 +36,10 @@ class DeviceViews {
   explicit DeviceViews(Engine* engine) : engine_(engine) {}
 
   /// Takes a frame's views in place of the last one's, as seen from where the solve starts; binned until no more than
-  /// `max_image_pixels` of a view's pixels have CT behind them. @throws DeviceError.
-  void upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start, double max_image_pixels);
+  /// `max_image_pixels` of a view's pixels have CT behind them, and then halved `halvings` times more.
+  /// @throws DeviceError.
+  void upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start, double max_image_pixels,
+              int halvings = 0);
 
   /// Looks at another's views, which stay there, for the body on this engine: tiles and surroundings are its own.
   void shareFrom(const DeviceViews& other);
