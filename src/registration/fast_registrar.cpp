@@ -42,6 +42,7 @@ void FastRegistrar::setVolume(const AttenuationVolume& volume) {
   bodies_.reset();
   forget();
   selfTest(engine_.get());
+  warmUp(engine_.get(), options_.similarity);
   const std::size_t budget = residentVoxelBytes(*device_);
   if (volume.values.size() * sizeof(std::uint16_t) > budget) {
     engine_->setVolume(fittedTo(volume, budget, logger_));
@@ -78,8 +79,9 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   if (!result.reason.empty()) return result;
   result.solved = true;
 
-  const int levels_to_spare = tracking && found_ ? found_->levels_to_spare : 0;
-  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels, levels_to_spare);
+  const bool tracked = tracking && found_;
+  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels, reachMm(tracked),
+                 tracked ? found_->levels_to_spare : 0);
   if (options_.saturation > 0.0) views_->setSaturation(options_.saturation);
   result.upload_ms = watch.milliseconds();
 
@@ -111,6 +113,17 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   result.iterations = budget.used();
   result.solve_ms = watch.milliseconds();
   return result;
+}
+
+double FastRegistrar::reachMm(bool tracked) const {
+  // A search ends up to one and a half times its range away; a prediction is off by what a frame's jerk may be.
+  constexpr double kBeyondSearch = 1.5;
+  constexpr double kJerkMm = 15.0;
+  constexpr double kJerkRad = 0.1;
+  const double radius_mm = engine_->volume().radiusMm();
+  if (tracked) return kJerkMm + kJerkRad * radius_mm;
+  if (!options_.search) return 2.0 * kJerkMm + 2.0 * kJerkRad * radius_mm;
+  return kBeyondSearch * (options_.search_translation_mm + options_.search_rotation_rad * radius_mm);
 }
 
 void FastRegistrar::spareLevels(FrameObjective* objective, const Solution& solution, bool searched) {
