@@ -32,40 +32,62 @@ Session readSession(const std::string& path, const std::vector<std::string>& vie
     session.stamps.push_back(frame.stamp.toSec());
     session.frames.push_back(rawViews(*session.bag, frame));
   }
+  // Of a single frame, tracking is finding it again.
+  constexpr int kAgain = 4;
+  for (int i = 1; session.bag->frameCount() == 1 && i <= kAgain; ++i) {
+    session.stamps.push_back(session.stamps.front() + 0.1 * i);
+    session.frames.push_back(session.frames.front());
+  }
   return session;
 }
 
+/// Of passes over a session; each begins with a cold start.
+struct Times {
+  std::vector<double> cold_ms;
+  std::vector<double> tracked_ms;
+  int cold_accepted = 0;
+  int tracked_accepted = 0;
+};
+
 /// One pass over the session from its first true pose.
-void follow(const Session& session, RegistrationPipeline* pipeline, std::vector<double>* times, int* accepted) {
+void follow(const Session& session, RegistrationPipeline* pipeline, Times* times) {
   pipeline->setPose(session.first_pose);
   for (std::size_t i = 0; i < session.frames.size(); ++i) {
     const FrameOutcome outcome = pipeline->process(session.stamps[i], session.frames[i]);
     if (pipeline->state() == TrackingState::kFault) throw std::runtime_error("device failed: " + pipeline->fault());
-    times->push_back(outcome.total_ms);
-    *accepted += outcome.result.accepted ? 1 : 0;
+    (i == 0 ? times->cold_ms : times->tracked_ms).push_back(outcome.total_ms);
+    (i == 0 ? times->cold_accepted : times->tracked_accepted) += outcome.result.accepted ? 1 : 0;
   }
 }
 
-BenchmarkRow measure(const std::string& name, const Session& session, const Volume& ct, NodeParameters parameters,
-                     Method method, int passes, const Logger& logger) {
+BenchmarkRow acceptedRow(const std::string& name, const std::vector<double>& times, int accepted) {
+  BenchmarkRow row = rowOf(name, times);
+  row.note = std::to_string(accepted) + " of " + std::to_string(times.size()) + " frames accepted";
+  return row;
+}
+
+Times measure(const std::string& name, const Session& session, const Volume& ct, NodeParameters parameters,
+              Method method, int passes, const Logger& logger) {
   parameters.registrar.method = method;
   parameters.views = viewParameter(*session.bag);
   RegistrationPipeline pipeline(parameters, logger);
   pipeline.setCt(ct);
   pipeline.dropCt();
   ProgressBar bar(name, static_cast<std::size_t>(passes) + 1);
-  std::vector<double> times;
-  int accepted = 0;
-  follow(session, &pipeline, &times, &accepted);  // Warms up.
-  times.clear();
-  accepted = 0;
+  Times times;
+  follow(session, &pipeline, &times);  // Warms up.
+  times = {};
   for (int pass = 0; pass < passes; ++pass) {
     bar.advanceTo(static_cast<std::size_t>(pass) + 1);
-    follow(session, &pipeline, &times, &accepted);
+    follow(session, &pipeline, &times);
   }
-  BenchmarkRow row = rowOf(name, times);
-  row.note = std::to_string(accepted) + " of " + std::to_string(times.size()) + " frames accepted";
-  return row;
+  return times;
+}
+
+/// The bag's name; with one of its views, that one's as well.
+std::string nameOf(const std::string& bag, const std::vector<std::string>& views) {
+  const std::string name = std::filesystem::path(bag).stem().string();
+  return views.size() == 1 && !views.front().empty() ? name + "_" + views.front() : name;
 }
 
 }  // namespace
@@ -77,11 +99,16 @@ std::vector<BenchmarkRow> measureTrackedFrames(const std::string& ct, const std:
   const Volume volume = readVolume(ct, {}, logger);
   NodeParameters parameters;
   parameters.device = device;
-  const std::string name = std::filesystem::path(bag).stem().string();
+  const std::string name = nameOf(bag, views);
   std::vector<BenchmarkRow> rows;
-  rows.push_back(measure("tracked_frame/" + name, session, volume, parameters, Method::kFast, passes, logger));
+  const Times fast = measure(name, session, volume, parameters, Method::kFast, passes, logger);
+  if (!fast.tracked_ms.empty()) {
+    rows.push_back(acceptedRow("tracked_frame/" + name, fast.tracked_ms, fast.tracked_accepted));
+  }
+  rows.push_back(acceptedRow("cold_start/" + name, fast.cold_ms, fast.cold_accepted));
   if (session.bag->views().size() == 1) {
-    rows.push_back(measure("tracked_frame/paper/" + name, session, volume, parameters, Method::kPaper, 1, logger));
+    const Times paper = measure("paper, " + name, session, volume, parameters, Method::kPaper, 1, logger);
+    rows.push_back(acceptedRow("tracked_frame/paper/" + name, paper.tracked_ms, paper.tracked_accepted));
   }
   return rows;
 }
