@@ -63,10 +63,10 @@ std::vector<Goal> goalsOf(const std::vector<BenchmarkRow>& all, bool gpu) {
   rows.median("tracked_frame/head_1024_biplane_ap", "tracked frame of 1024^2, one view, median", 33.0);
   rows.p99("tracked_frame/head_1024_biplane_ap", "tracked frame of 1024^2, one view, p99", 66.0);
   rows.median("tracked_frame/head_1024_biplane", "tracked frame of 1024^2, two views, median", 66.0);
-  rows.median("tracked_frame/wrist_bones", "tracked frame of the wrist, two views of 1760^2, median", 200.0);
+  rows.median("tracked_frame/wrist_biplane", "tracked frame of the wrist, two views of 1760^2, median", 200.0);
   rows.median("cold_start/head_lateral", "cold start, head, median", 60.0);
   rows.median("cold_start/spine_biplane", "cold start, chest, two views, median", 250.0);
-  rows.median("cold_start/wrist_bones", "cold start, wrist, two views of 1760^2, median", 600.0);
+  rows.median("cold_start/wrist_biplane", "cold start, wrist, two views of 1760^2, median", 600.0);
   if (gpu) {
     rows.median("step/fast/128", "one step at 128 on a GPU", 0.05);
     rows.median("frame/fast/256", "tracked frame of 256^3 and 256^2 on a GPU", 1.0);
