@@ -4,7 +4,7 @@ find_package(OpenCL REQUIRED)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   # Named components: the bare package drags in MPI, FFTW and VTK.
   find_package(ITK REQUIRED COMPONENTS
-    ITKCommon ITKIOImageBase ITKIONIFTI ITKIONRRD ITKIOMeta ITKIOGDCM ITKMesh)
+    ITKCommon ITKIOImageBase ITKIONIFTI ITKNrrdIO ITKIONRRD ITKIOMeta ITKIOGDCM ITKMesh)
   find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs calib3d)
 endif()
 
@@ -31,7 +31,10 @@ xray_room(geometry SOURCES ${geometry_sources} ROOMS common LIBRARIES Eigen3::Ei
 xray_glob(volume_sources volume)
 xray_take_itk(volume_itk_sources volume_sources)
 # These stand on them.
-set(reading_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/file_integrity.cpp
+set(reading_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/byte_stream.cpp
+                    ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/meta_image.cpp
+                    ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/nifti_header.cpp
+                    ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/nifti_file.cpp
                     ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/dicom_series.cpp
                     ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/volume_io.cpp
                     ${CMAKE_CURRENT_SOURCE_DIR}/src/volume/bone_surface.cpp)
@@ -81,8 +84,10 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   # GDCM, which ITK reads DICOM with, prints what it finds in files; its switch for that is in a header of its own.
   find_path(GDCM_INCLUDE_DIR gdcmTrace.h HINTS ${ITK_INCLUDE_DIRS} PATH_SUFFIXES gdcm-3.0 gdcm-2.8 REQUIRED)
   xray_room(common_itk SOURCES ${common_itk_sources} ROOMS common LIBRARIES ${ITK_LIBRARIES} gdcmCommon)
+  # CTs of DICOM files are read by it alone.
+  set(gdcm_libraries gdcmMSFF gdcmDSED gdcmCommon)
   xray_room(volume_itk SOURCES ${volume_itk_sources} ${reading_sources} ROOMS volume common_itk
-            LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES})
+            LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES} ${gdcm_libraries})
   xray_room(image_itk SOURCES ${image_itk_sources} ROOMS image common_itk LIBRARIES ${ITK_LIBRARIES})
   foreach(room common_itk volume_itk image_itk)
     target_include_directories(xray_registration_${room} SYSTEM PRIVATE ${ITK_INCLUDE_DIRS} ${GDCM_INCLUDE_DIR})
@@ -103,5 +108,5 @@ target_include_directories(xray_registration_core PUBLIC $<BUILD_INTERFACE:${CMA
 target_link_libraries(xray_registration_core PUBLIC Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   target_link_libraries(xray_registration_core PUBLIC ${YAML_CPP_LIBRARIES})
-  target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} gdcmCommon ${OpenCV_LIBS})
+  target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} ${gdcm_libraries} ${OpenCV_LIBS})
 endif()

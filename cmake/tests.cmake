@@ -44,7 +44,7 @@ function(xray_tests_of room)
 endfunction()
 
 # Tests that need ITK or OpenCV, and those of what stands on the pipeline.
-set(XRAY_FULL_CORE_TESTS volume_io segment_names bone_surface xray_frame mask undistortion_map calibration_grid xray_image_file
+set(XRAY_FULL_CORE_TESTS volume_io nifti_files nrrd_meta_files dicom_values hu_values hard_cts segment_names bone_surface xray_frame mask undistortion_map calibration_grid xray_image_file
     undistorted_registration trials wrong_input)
 
 xray_tests_of(common)

@@ -14,11 +14,31 @@ namespace xray_registration {
 
 namespace {
 
+/// How the CTs' numbers and lengths are to be understood.
+void readCtValues(ParameterGroup* group, VolumeReadOptions* read) {
+  group->number("hu_slope", -1e9, 1e9, &read->hu_slope);
+  if (read->hu_slope == 0.0) group->fail("hu_slope", "0", "a number other than 0");
+  group->number("hu_intercept", -1e9, 1e9, &read->hu_intercept);
+  std::string padding;
+  group->words("padding", &padding);
+  if (!padding.empty()) {
+    read->padding = 0.0;
+    group->number("padding", -1e300, 1e300, &*read->padding);
+  }
+  group->flag("check_values", &read->check_values);
+  group->words("orientation", &read->orientation);
+  if (!read->orientation.empty() && !isOrientation(read->orientation)) {
+    group->fail("orientation", read->orientation, "three letters such as RAS or LPS, or nothing");
+  }
+  group->number("unit_mm", 0.0, 1e6, &read->unit_mm);
+}
+
 void readCt(const YAML::Node& tree, CtParameters* ct, SetupSigmas* sigmas) {
   ParameterGroup group(tree, "ct");
   group.words("path", &ct->path);
   group.words("series_uid", &ct->read.series_uid);
   group.words("directory", &ct->read.directory);
+  readCtValues(&group, &ct->read);
   group.number("water_attenuation", 1e-4, 1.0, &ct->model.water_per_mm);
   group.number("threshold_hu", -1024.0, 3000.0, &ct->model.threshold_hu);
   group.words("mask", &ct->mask);

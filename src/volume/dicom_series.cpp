@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <set>
 #include <sstream>
 
 #include "xray_registration/volume/volume_error.h"
@@ -55,6 +54,10 @@ void checkEachSlice(const std::vector<DicomSlice>& slices, const std::string& wh
                         " holds several frames (enhanced DICOM), whose places are not checked; convert it to "
                         "single-frame DICOM or NIfTI");
     }
+    if (!slice.has_room) refuse(where, name + " is truncated or damaged: it ends before its last pixel");
+    if (slice.has_value_table) {
+      refuse(where, name + " gives its values by a table (Modality LUT), which is not read; convert the series first");
+    }
     if (!slice.has_geometry) {
       refuse(where, name + " does not state its position, orientation and pixel spacing");
     }
@@ -80,13 +83,22 @@ void checkEachSlice(const std::vector<DicomSlice>& slices, const std::string& wh
   }
 }
 
-// The same file in two places of the folder counts once.
-void dropCopies(std::vector<DicomSlice>* slices) {
-  std::set<std::string> seen;
-  const auto is_copy = [&seen](const DicomSlice& slice) {
-    return !slice.instance_uid.empty() && !seen.insert(slice.instance_uid).second;
-  };
-  slices->erase(std::remove_if(slices->begin(), slices->end(), is_copy), slices->end());
+bool hasSamePixels(const DicomSlice& a, const DicomSlice& b) {
+  const std::size_t count = static_cast<std::size_t>(a.columns) * static_cast<std::size_t>(a.rows);
+  std::vector<std::int16_t> of_a(count);
+  std::vector<std::int16_t> of_b(count);
+  ValueFacts unused;
+  readDicomPixels(a, {}, of_a.data(), &unused);
+  readDicomPixels(b, {}, of_b.data(), &unused);
+  return of_a == of_b;
+}
+
+// The pixels are only read of what is the same in all else.
+bool isCopy(const DicomSlice& a, const DicomSlice& b) {
+  if (a.columns != b.columns || a.rows != b.rows || a.frames != b.frames || a.components != b.components) return false;
+  if (a.frames != 1 || a.components != 1 || !a.has_room || !b.has_room) return false;
+  return a.has_geometry == b.has_geometry && a.position_mm == b.position_mm && a.along_row == b.along_row &&
+         a.along_column == b.along_column && hasSamePixels(a, b);
 }
 
 void checkGaps(const std::vector<DicomSlice>& slices, const std::vector<double>& places, const std::string& where) {
@@ -144,8 +156,25 @@ void checkTilt(const std::vector<DicomSlice>& slices, const Vector& normal, cons
 
 }  // namespace
 
+std::size_t dropCopies(std::vector<DicomSlice>* slices) {
+  std::map<std::string, std::vector<DicomSlice>> by_uid;
+  std::vector<DicomSlice> kept;
+  std::size_t sharing = 0;
+  for (DicomSlice& slice : *slices) {
+    std::vector<DicomSlice>& same = by_uid[slice.instance_uid];
+    const bool is_copy =
+        !slice.instance_uid.empty() &&
+        std::any_of(same.begin(), same.end(), [&](const DicomSlice& other) { return isCopy(slice, other); });
+    if (is_copy) continue;
+    if (!slice.instance_uid.empty() && !same.empty()) ++sharing;
+    same.push_back(slice);
+    kept.push_back(std::move(slice));
+  }
+  *slices = std::move(kept);
+  return sharing;
+}
+
 DicomStack stackedSlices(std::vector<DicomSlice> slices, const std::string& where) {
-  dropCopies(&slices);
   if (slices.empty()) refuse(where, "the series has no slices");
   checkEachSlice(slices, where);
   if (slices.size() < 2) refuse(where, "the series has a single slice; a CT volume has several");

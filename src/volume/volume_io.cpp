@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
+#include <type_traits>
 
 #include "dicom_series.h"
 #include "file_boundary.h"
+#include "file_grid.h"
+#include "hu_check.h"
 #include "itk_image_file.h"
+#include "nifti_file.h"
+#include "padding.h"
 #include "segment_layers.h"
 
 namespace xray_registration {
@@ -93,23 +98,116 @@ const std::vector<DicomSlice>& chosenSeries(const DicomSeriesMap& series, const 
   return largest->second;
 }
 
-template <typename T>
-FileImage<T> readFolder(const std::string& folder, const VolumeReadOptions& options, const Logger& logger) {
-  const DicomSeriesMap series = seriesBelow(folder);
-  const DicomStack stack = stackedSlices(chosenSeries(series, options.series_uid, folder, logger), folder);
-  const std::string& modality = stack.slices.front().modality;
-  if (modality != "CT") {
-    log(logger, LogLevel::kWarning,
-        "The DICOM series states the modality '" + modality + "', not CT: its values may not be Hounsfield units");
+// What the slices say of their values beside the numbers.
+void warnOfValues(const DicomSlice& slice, std::vector<std::string>* warnings) {
+  if (slice.modality != "CT") {
+    warnings->push_back("the DICOM series states the modality '" + onOneLine(slice.modality) +
+                        "', not CT: its values may not be Hounsfield units");
   }
+  if (!slice.rescale_type.empty() && slice.rescale_type != "HU") {
+    warnings->push_back("the DICOM series states '" + onOneLine(slice.rescale_type) +
+                        "' as the kind of its values, not HU: they may not be Hounsfield units");
+  }
+}
+
+template <typename T>
+FileImage<T> readFolder(const std::string& folder, const VolumeReadOptions& options, const FileRule& rule,
+                        const Logger& logger) {
+  const DicomSeriesMap series = seriesBelow(folder);
+  std::vector<DicomSlice> slices = chosenSeries(series, options.series_uid, folder, logger);
   FileImage<T> image;
+  if (const std::size_t sharing = dropCopies(&slices)) {
+    image.warnings.push_back(std::to_string(sharing) +
+                             " of its slices have the instance UID of another one, though they are others; all are "
+                             "taken, by their positions");
+  }
+  const DicomStack stack = stackedSlices(std::move(slices), folder);
+  warnOfValues(stack.slices.front(), &image.warnings);
+  image.format = "DICOM series " + onOneLine(stack.slices.front().series_uid);
   image.grid = stack.grid;
+  checkGrid(image.grid, folder);
+  scaleLengths(rule.unit_mm > 0.0 ? rule.unit_mm : 1.0, folder, &image.grid);
   const std::size_t slice_size = static_cast<std::size_t>(stack.grid.size[0]) * stack.grid.size[1];
   image.voxels.resize(slice_size * stack.slices.size());
   for (std::size_t i = 0; i < stack.slices.size(); ++i) {
-    readDicomPixels(stack.slices[i], image.voxels.data() + i * slice_size);
+    readDicomPixels(stack.slices[i], rule, image.voxels.data() + i * slice_size, &image.facts);
   }
   return image;
+}
+
+// One DICOM file. Its refusal says what to name instead.
+void refuseDicomFile(const std::string& path) {
+  const auto slice = readDicomHeader(path);
+  if (!slice) return;
+  throw VolumeError("'" + path + "': " +
+                    (slice->frames > 1
+                         ? "it holds several frames (enhanced DICOM), whose places are not checked; "
+                           "convert it to single-frame DICOM or NIfTI"
+                         : "it holds a single slice; a CT volume has several (for DICOM, name the folder)"));
+}
+
+// HU as they are, lengths and axes as the caller says.
+FileRule ruleForLabels(const VolumeReadOptions& options) {
+  if (!options.orientation.empty()) checkOrientation(options.orientation);
+  FileRule rule;
+  rule.unit_mm = options.unit_mm;
+  rule.orientation = options.orientation;
+  return rule;
+}
+
+FileRule ruleForHu(const VolumeReadOptions& options) {
+  FileRule rule = ruleForLabels(options);
+  rule.slope = options.hu_slope;
+  rule.intercept = options.hu_intercept;
+  rule.padding = options.padding;
+  return rule;
+}
+
+FileImage<std::int16_t> readHu(const std::string& real, const VolumeReadOptions& options, const FileRule& rule,
+                               const Logger& logger) {
+  if (fs::is_directory(real)) return readFolder<std::int16_t>(real, options, rule, logger);
+  if (isNifti(real)) return readNiftiHu(real, rule);
+  refuseDicomFile(real);
+  return readHuFile(real, rule);
+}
+
+FileImage<std::uint16_t> readLabelImage(const std::string& real, const VolumeReadOptions& options,
+                                        const Logger& logger) {
+  const FileRule rule = ruleForLabels(options);
+  if (fs::is_directory(real)) return readFolder<std::uint16_t>(real, options, rule, logger);
+  if (isNifti(real)) return readNiftiLabels(real, rule);
+  refuseDicomFile(real);
+  return readLabelFile(real, rule);
+}
+
+template <typename T>
+void warnOfFile(const FileImage<T>& image, const std::string& path, const Logger& logger) {
+  for (const std::string& warning : image.warnings) log(logger, LogLevel::kWarning, "'" + path + "': " + warning);
+  if (image.facts.not_finite > 0) {
+    log(logger, LogLevel::kWarning,
+        "'" + path + "': " + std::to_string(image.facts.not_finite) +
+            " of its voxels hold no finite number, taken as " +
+            (std::is_same<T, std::int16_t>::value ? "air" : "background"));
+  }
+}
+
+void clearEdgePadding(const std::string& path, const Logger& logger, FileImage<std::int16_t>* image) {
+  const auto padding = densePaddingAtEdges(image->voxels, image->grid.size);
+  if (!padding) return;
+  const std::size_t rows =
+      static_cast<std::size_t>(image->grid.size[1]) * static_cast<std::size_t>(image->grid.size[2]);
+  const std::size_t cleared = clearPadding(*padding, *padding, image->grid.size[0], rows, image->voxels.data());
+  log(logger, LogLevel::kWarning,
+      "'" + path + "': " + std::to_string(cleared) + " voxels around what was scanned hold " +
+          std::to_string(*padding) + " HU, which is padding and taken as air");
+}
+
+void judgeValues(const FileImage<std::int16_t>& image, const FileRule& rule, const VolumeReadOptions& options,
+                 const std::string& path, const Logger& logger) {
+  const HuDoubt doubt = doubtAbout(image, rule);
+  if (doubt.what.empty()) return;
+  if (doubt.is_sure && options.check_values) throw VolumeError("'" + path + "': " + doubt.what);
+  log(logger, LogLevel::kWarning, "'" + path + "': " + doubt.what);
 }
 
 // "head" of "/data/head.nii.gz".
@@ -121,10 +219,14 @@ std::string nameOf(const std::string& path) {
   return name.stem().string();
 }
 
-void logVolume(const std::string& kind, const std::string& name, const VolumeGrid& grid, const Logger& logger) {
+template <typename T>
+void logVolume(const std::string& kind, const std::string& name, const FileImage<T>& image, const Logger& logger) {
+  const FileGrid& grid = image.grid;
   std::ostringstream text;
-  text << kind << " '" << name << "': " << grid.size.x() << "x" << grid.size.y() << "x" << grid.size.z()
-       << " voxels of " << grid.spacing_mm.x() << "x" << grid.spacing_mm.y() << "x" << grid.spacing_mm.z() << " mm";
+  text << kind << " '" << name << "': " << grid.size[0] << "x" << grid.size[1] << "x" << grid.size[2] << " voxels of "
+       << grid.spacing_mm[0] << "x" << grid.spacing_mm[1] << "x" << grid.spacing_mm[2] << " mm; " << image.format
+       << "; values in the file " << image.facts.low << " to " << image.facts.high;
+  if (image.facts.padded > 0) text << "; " << image.facts.padded << " voxels are padding, taken as air";
   log(logger, LogLevel::kInfo, text.str());
 }
 
@@ -132,25 +234,28 @@ void logVolume(const std::string& kind, const std::string& name, const VolumeGri
 
 Volume readVolume(const std::string& path, const VolumeReadOptions& options, const Logger& logger) {
   const std::string real = checkedPath(path, options.directory);
-  FileImage<std::int16_t> image =
-      fs::is_directory(real) ? readFolder<std::int16_t>(real, options, logger) : readHuFile(real);
+  const FileRule rule = ruleForHu(options);
+  FileImage<std::int16_t> image = readHu(real, options, rule, logger);
+  warnOfFile(image, path, logger);
+  clearEdgePadding(path, logger, &image);
+  judgeValues(image, rule, options, path, logger);
   Volume volume;
   volume.grid = toVolumeGrid(image.grid);
-  volume.hu = std::move(image.voxels);
   volume.name = nameOf(path);
-  logVolume("CT", volume.name, volume.grid, logger);
+  logVolume("CT", volume.name, image, logger);
+  volume.hu = std::move(image.voxels);
   return volume;
 }
 
 LabelVolume readLabels(const std::string& path, const VolumeReadOptions& options, const Logger& logger) {
   const std::string real = checkedPath(path, options.directory);
   checkLayers(real);
-  FileImage<std::uint16_t> image =
-      fs::is_directory(real) ? readFolder<std::uint16_t>(real, options, logger) : readLabelFile(real);
+  FileImage<std::uint16_t> image = readLabelImage(real, options, logger);
+  warnOfFile(image, path, logger);
   LabelVolume labels;
   labels.grid = toVolumeGrid(image.grid);
+  logVolume("Labels", nameOf(path), image, logger);
   labels.labels = std::move(image.voxels);
-  logVolume("Labels", nameOf(path), labels.grid, logger);
   return labels;
 }
 

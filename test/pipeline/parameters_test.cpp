@@ -68,6 +68,19 @@ tracking: {frames_until_lost: 2})");
   EXPECT_EQ(parameters.tracker.frames_until_lost, 2);
 }
 
+TEST(Parameters, WhatTheNumbersOfACtMeanIsRead) {
+  const NodeParameters parameters = parse(
+      "ct: {hu_slope: 50000, hu_intercept: -1000, padding: -2000, check_values: false, orientation: RAS, unit_mm: "
+      "0.001}");
+  EXPECT_EQ(parameters.ct.read.hu_slope, 50000.0);
+  EXPECT_EQ(parameters.ct.read.hu_intercept, -1000.0);
+  EXPECT_EQ(parameters.ct.read.padding, -2000.0);
+  EXPECT_FALSE(parameters.ct.read.check_values);
+  EXPECT_EQ(parameters.ct.read.orientation, "RAS");
+  EXPECT_EQ(parameters.ct.read.unit_mm, 0.001);
+  EXPECT_FALSE(parse("ct: {padding: ''}").ct.read.padding);
+}
+
 TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
   struct Case {
     const char* yaml;
@@ -77,6 +90,10 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
       {"{ct: {water_attenuation: -1}}", {"ct/water_attenuation", "-1", "0.0001 to 1"}},
       {"{ct: {water_attenuation: wet}}", {"ct/water_attenuation", "wet", "number"}},
       {"{ct: {water_attenuation: .nan}}", {"ct/water_attenuation", "nan"}},
+      {"{ct: {hu_slope: 0}}", {"ct/hu_slope", "0", "other than 0"}},
+      {"{ct: {padding: much}}", {"ct/padding", "much", "a number"}},
+      {"{ct: {orientation: RAX}}", {"ct/orientation", "RAX", "LPS"}},
+      {"{ct: {unit_mm: -1}}", {"ct/unit_mm", "-1", "0 to"}},
       {"{ct: {label: 0}}", {"ct/label", "0", "1 to 65535"}},
       {"{ct: {label: 1.5}}", {"ct/label", "1.5", "whole"}},
       {"{ct: 3}", {"ct", "3", "group"}},

@@ -25,6 +25,12 @@ std::map<std::string, double> numbersOf(const Config& config) {
 TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   const NodeParameters file = loadParametersYaml(XRAY_REGISTRATION_SOURCE "/config/default.yaml");
   const NodeParameters code;
+  EXPECT_EQ(file.ct.read.hu_slope, code.ct.read.hu_slope);
+  EXPECT_EQ(file.ct.read.hu_intercept, code.ct.read.hu_intercept);
+  EXPECT_EQ(file.ct.read.padding, code.ct.read.padding);
+  EXPECT_EQ(file.ct.read.check_values, code.ct.read.check_values);
+  EXPECT_EQ(file.ct.read.orientation, code.ct.read.orientation);
+  EXPECT_EQ(file.ct.read.unit_mm, code.ct.read.unit_mm);
   EXPECT_EQ(file.ct.model.water_per_mm, code.ct.model.water_per_mm);
   EXPECT_EQ(file.ct.model.threshold_hu, code.ct.model.threshold_hu);
   EXPECT_EQ(file.ct.surface_threshold_hu, code.ct.surface_threshold_hu);

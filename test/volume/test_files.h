@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <locale>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -100,6 +101,12 @@ struct DicomFile {
   double intercept = -1024.0;
   int samples_per_pixel = 1;
   bool has_position = true;
+  std::string photometric = "MONOCHROME2";
+  bool has_rescale = true;
+  std::string rescale_type;
+  bool is_signed = false;
+  std::optional<std::uint16_t> padding;
+  std::optional<std::uint16_t> padding_limit;
   std::vector<std::uint16_t> pixels;
 };
 
@@ -147,16 +154,20 @@ inline void writeDicom(const std::string& path, const DicomFile& file) {
     bytes += element(0x20, 0x32, "DS", numbers(file.position)) + element(0x20, 0x37, "DS", numbers(file.orientation));
   }
   bytes += element(0x28, 2, "US", us(file.samples_per_pixel)) +
-           element(0x28, 4, "CS", file.samples_per_pixel == 1 ? "MONOCHROME2" : "RGB");
+           element(0x28, 4, "CS", file.samples_per_pixel == 1 ? file.photometric : "RGB");
   if (file.samples_per_pixel > 1) bytes += element(0x28, 6, "US", us(0));
   bytes += element(0x28, 0x10, "US", us(file.rows)) + element(0x28, 0x11, "US", us(file.columns)) +
            element(0x28, 0x30, "DS", numbers(file.pixel_spacing));
   const int bits = file.samples_per_pixel == 1 ? 16 : 8;
   bytes += element(0x28, 0x100, "US", us(bits)) + element(0x28, 0x101, "US", us(bits)) +
-           element(0x28, 0x102, "US", us(bits - 1)) + element(0x28, 0x103, "US", us(0));
-  if (file.samples_per_pixel == 1) {
+           element(0x28, 0x102, "US", us(bits - 1)) + element(0x28, 0x103, "US", us(file.is_signed ? 1 : 0));
+  const std::string padding_vr = file.is_signed ? "SS" : "US";
+  if (file.padding) bytes += element(0x28, 0x120, padding_vr, us(*file.padding));
+  if (file.padding_limit) bytes += element(0x28, 0x121, padding_vr, us(*file.padding_limit));
+  if (file.samples_per_pixel == 1 && file.has_rescale) {
     bytes += element(0x28, 0x1052, "DS", numbers(std::array<double, 1>{file.intercept})) +
              element(0x28, 0x1053, "DS", numbers(std::array<double, 1>{file.slope}));
+    if (!file.rescale_type.empty()) bytes += element(0x28, 0x1054, "LO", file.rescale_type);
   }
   std::string pixels = bytesOf(file.pixels);
   if (file.samples_per_pixel > 1) {

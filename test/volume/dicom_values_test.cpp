@@ -1,0 +1,163 @@
+// DICOM slices as scanners and converters leave them: padding, MONOCHROME1, shared UIDs, sizes that cannot be.
+#include <gtest/gtest.h>
+
+#include "test/volume/reading.h"
+#include "test/volume/test_files.h"
+
+namespace xray_registration {
+namespace {
+
+using reading::bodyHu;
+using reading::expectContains;
+using reading::kBodySide;
+using reading::kBodySlices;
+using reading::read;
+using reading::refusal;
+using reading::setOutside;
+using test_files::DicomFile;
+using test_files::TemporaryFolder;
+
+class DicomValues : public testing::Test {
+ protected:
+  // The body with 1024 added, as stored numbers.
+  static std::vector<std::uint16_t> storedBody() { return reading::scaled<std::uint16_t>(bodyHu(), 1.0, 1024.0); }
+
+  static std::vector<DicomFile> series(const std::vector<std::uint16_t>& stored) {
+    constexpr int kPixels = kBodySide * kBodySide;
+    std::vector<DicomFile> files(kBodySlices);
+    for (int i = 0; i < kBodySlices; ++i) {
+      DicomFile& file = files[static_cast<std::size_t>(i)];
+      file.instance_uid = "1.2.3.1." + std::to_string(i + 1);
+      file.position = {-30.0, 15.0, 100.0 + 4.0 * i};
+      file.pixel_spacing = {2.0, 3.0};
+      file.columns = file.rows = kBodySide;
+      file.pixels.assign(stored.begin() + i * kPixels, stored.begin() + (i + 1) * kPixels);
+    }
+    return files;
+  }
+
+  std::string write(const std::vector<DicomFile>& files) const {
+    for (std::size_t i = 0; i < files.size(); ++i) writeDicom(folder_ / (std::to_string(i) + ".dcm"), files[i]);
+    return folder_.path().string();
+  }
+
+  static void expectHu(const Volume& ct, const std::vector<double>& hu) {
+    ASSERT_EQ(ct.hu.size(), hu.size());
+    for (std::size_t i = 0; i < hu.size(); ++i) ASSERT_EQ(ct.hu[i], hu[i]) << i;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(DicomValues, PaddingIsAirWhateverItsValue) {
+  for (const std::uint16_t padding : {63536, 65535, 32768, 4095, 1024, 0}) {
+    std::vector<std::uint16_t> stored = storedBody();
+    setOutside(padding, &stored);
+    stored[12 * 24 + 12] = 4095;   // Metal.
+    stored[24 * 24 + 300] = 1024;  // Water.
+    std::vector<DicomFile> files = series(stored);
+    for (DicomFile& file : files) file.padding = padding;
+    const auto [ct, warned, said] = read(write(files));
+    std::vector<double> expected = bodyHu();
+    setOutside(padding == 0 ? -1024.0 : -1000.0, &expected);  // Air already.
+    expected[12 * 24 + 12] = 3071;
+    expected[24 * 24 + 300] = 0;
+    expectHu(ct, expected);
+    EXPECT_EQ(warned, "");
+    if (padding != 0) expectContains(said, "voxels are padding");
+  }
+}
+
+TEST_F(DicomValues, ARangeOfPaddingAndASignedOne) {
+  std::vector<std::uint16_t> stored = storedBody();
+  setOutside(std::uint16_t{60000}, &stored);
+  stored[0] = 60010;
+  std::vector<DicomFile> files = series(stored);
+  for (DicomFile& file : files) {
+    file.padding = 60010;
+    file.padding_limit = 60000;
+  }
+  std::vector<double> expected = bodyHu();
+  setOutside(-1000.0, &expected);
+  expectHu(read(write(files)).ct, expected);
+
+  stored = storedBody();
+  for (auto& value : stored) value = static_cast<std::uint16_t>(value - 1024);  // HU as signed numbers.
+  setOutside(std::uint16_t{63536}, &stored);                                    // -2000
+  files = series(stored);
+  for (DicomFile& file : files) {
+    file.is_signed = true;
+    file.intercept = 0.0;
+    file.padding = 63536;
+  }
+  setOutside(-2000.0, &expected);
+  expectHu(read(write(files)).ct, expected);
+}
+
+TEST_F(DicomValues, WithoutTheTagPaddingIsFoundAndSaid) {
+  for (const std::uint16_t padding : {63536, 65535, 32768, 4095}) {
+    std::vector<std::uint16_t> stored = storedBody();
+    setOutside(padding, &stored);
+    const auto [ct, warned, said] = read(write(series(stored)));
+    std::vector<double> expected = bodyHu();
+    setOutside(-1000.0, &expected);
+    expectHu(ct, expected);
+    expectContains(warned, "padding and taken as air");
+  }
+}
+
+TEST_F(DicomValues, Monochrome1SaysHowToShowAndChangesNothing) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) file.photometric = "MONOCHROME1";
+  expectHu(read(write(files)).ct, bodyHu());
+}
+
+TEST_F(DicomValues, WithoutRescaleTagsTheHistogramSpeaks) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) file.has_rescale = false;
+  expectContains(refusal(write(files)), "ct/hu_intercept: -1024");
+  VolumeReadOptions options;
+  options.hu_intercept = -1024.0;
+  expectHu(read(write(files), options).ct, bodyHu());
+}
+
+TEST_F(DicomValues, AnotherKindOfValueIsWarnedOf) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) file.rescale_type = "US";
+  expectContains(read(write(files)).warned, "'US' as the kind of its values");
+  for (DicomFile& file : files) file.rescale_type = "HU";
+  EXPECT_EQ(read(write(files)).warned, "");
+}
+
+TEST_F(DicomValues, SlicesThatShareOneInstanceUidAreAllTaken) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) file.instance_uid = "1.2.3.1.1";
+  const auto [ct, warned, said] = read(write(files));
+  expectHu(ct, bodyHu());
+  expectContains(warned, "11 of its slices have the instance UID of another");
+}
+
+TEST_F(DicomValues, TwoPhasesWithTheSameUidsAreNoCopies) {
+  std::vector<DicomFile> files = series(storedBody());
+  std::vector<DicomFile> both = files;
+  for (DicomFile& file : files) {
+    file.pixels[300] = 2000;
+    both.push_back(file);
+  }
+  expectContains(refusal(write(both)), "several slices lie in one place");
+}
+
+TEST_F(DicomValues, ASizeThatTheFileCannotHoldIsRefused) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) file.rows = file.columns = 65535;
+  expectContains(refusal(write(files)), "truncated or damaged");
+}
+
+TEST_F(DicomValues, ZeroSpacingIsRefused) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) file.pixel_spacing = {2.0, 0.0};
+  expectContains(refusal(write(files)), "not positive");
+}
+
+}  // namespace
+}  // namespace xray_registration
