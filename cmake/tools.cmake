@@ -32,7 +32,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
 
   set(common ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/common)
   add_library(xray_registration_tools_common STATIC
-    ${common}/command_line.cpp ${common}/ct_source.cpp ${common}/disturbance.cpp ${common}/image_files.cpp
+    ${common}/command_line.cpp ${common}/ct_options.cpp ${common}/ct_source.cpp ${common}/disturbance.cpp ${common}/image_files.cpp
     ${common}/json_files.cpp ${common}/picture.cpp ${common}/progress_bar.cpp ${common}/session_bodies.cpp
     ${common}/session_generator.cpp ${common}/trajectory.cpp
     ${common}/wrong_option.cpp ${common}/yaml_files.cpp)
@@ -44,6 +44,8 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
 
   xray_tool(render LIBRARIES xray_registration_tools_common)
   xray_tool(make_phantom LIBRARIES xray_registration_tools_common)
+  set(inspect_ct ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/inspect_ct)
+  xray_tool(inspect_ct SOURCES ${inspect_ct}.cpp ${inspect_ct}/planes.cpp LIBRARIES xray_registration_tools_common)
   set(calibrate ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/calibrate)
   file(GLOB calibrate_sources CONFIGURE_DEPENDS ${calibrate}/*.cpp)
   if(NOT XRAY_REGISTRATION_ROS)

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "tools/common/command_line.h"
+#include "tools/common/ct_options.h"
 #include "tools/common/json_files.h"
 #include "xray_registration/common/statistics.h"
 #include "xray_registration/evaluation/pose_error.h"
@@ -17,6 +18,7 @@ using namespace xray_registration::tools;
 
 struct Arguments {
   std::string ct;
+  VolumeReadOptions read;
   std::string bag;
   std::string topic = "/xray_registration/pose";
   std::string reference;
@@ -53,7 +55,10 @@ void run(const Arguments& arguments) {
   if (!arguments.json.empty()) requireWritableParent(arguments.json, "--json");
   const auto found = readPoses(arguments.bag, arguments.topic, arguments.frame);
   const auto reference = readPoses(arguments.reference, arguments.reference_topic, arguments.frame);
-  const Eigen::Vector3d centre_ct_mm = readVolume(arguments.ct, {}, {}).grid.centreCt();
+  // Its place alone counts here.
+  VolumeReadOptions read = arguments.read;
+  read.check_values = false;
+  const Eigen::Vector3d centre_ct_mm = readVolume(arguments.ct, read, {}).grid.centreCt();
   const auto pairs = compared(found, reference, targetGrid(centre_ct_mm, arguments.target_size_mm));
 
   std::vector<double> mtre_mm, inplane_mm;
@@ -96,6 +101,7 @@ int main(int argc, char** argv) {
   app.add_option("--target-size", arguments.target_size_mm, "side of the targets' cube, mm")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
+  addCtReadOptions(app, &arguments.read);
   app.add_option("--json", arguments.json, "one entry for each pair, and the summary (docs/formats.md)");
   return runTool(app, argc, argv, [&] { run(arguments); });
 }

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "tools/common/command_line.h"
+#include "tools/common/ct_options.h"
 #include "tools/common/ct_source.h"
 #include "tools/common/image_files.h"
 #include "tools/common/yaml_files.h"
@@ -77,6 +78,7 @@ int main(int argc, char** argv) {
   app.add_option("--device", arguments.device, "auto, gpu, cpu, or a part of the device's name")->capture_default_str();
   app.add_option("--water-attenuation", arguments.attenuation.water_per_mm, "of water, 1/mm")->capture_default_str();
   app.add_option("--threshold-hu", arguments.attenuation.threshold_hu, "below it counts as air")->capture_default_str();
+  addCtReadOptions(app, &arguments.ct.read);
   app.add_flag("--verbose", arguments.verbose, "say what is done");
   return runTool(app, argc, argv, [&] {
     if (arguments.ct.path.empty() && arguments.ct.phantom.empty()) throw ArgumentError("--ct or --phantom is required");

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "tools/common/command_line.h"
+#include "tools/common/ct_options.h"
 #include "tools/common/ct_source.h"
 #include "tools/common/json_files.h"
 #include "tools/common/progress_bar.h"
@@ -38,6 +39,7 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--phantom", arguments.ct.phantom, "one of the project's phantoms instead of a CT")
       ->check(CLI::IsMember({"head", "pelvis", "cube"}))
       ->excludes(ct);
+  addCtReadOptions(app, &arguments.ct.read);
   app.add_option("--spacing", arguments.ct.spacing_mm, "voxels of the phantom, mm")->capture_default_str();
   app.add_option("--output", arguments.output, "the bag to write")->required();
   app.add_option("--json", arguments.json, "the true poses; default: beside the bag, with .json for .bag");
@@ -141,7 +143,8 @@ struct LabelledCt {
 LabelledCt loadLabelledCt(const Arguments& arguments, SessionBodies* bodies) {
   const Logger logger = standardErrorLogger("simulate_session", false);
   if (arguments.labels.empty()) return {loadCt(arguments.ct, logger), {}};
-  if (!arguments.mask.empty()) return {loadCt(arguments.ct, logger), readLabels(arguments.mask, {}, logger)};
+  if (!arguments.mask.empty())
+    return {loadCt(arguments.ct, logger), readLabels(arguments.mask, arguments.ct.read, logger)};
   if (!arguments.ct.path.empty()) throw ArgumentError("--labels: a CT needs --mask, the image that the labels are in");
   LabelledPhantom phantom = loadLabelledPhantom(arguments.ct);
   if (bodies->joint && !bodies->joint->pivot_ct_mm) {

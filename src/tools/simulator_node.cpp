@@ -52,6 +52,11 @@ SimulatorParameters readParameters(const ros::NodeHandle& node) {
   std::string views = "ap:0";
   readExact(node, "ct/path", "text", &parameters.ct.path);
   if (parameters.ct.path.empty()) parameters.ct.phantom = "head";
+  readNumber(node, "ct/hu_slope", &parameters.ct.read.hu_slope);
+  readNumber(node, "ct/hu_intercept", &parameters.ct.read.hu_intercept);
+  readNumber(node, "ct/unit_mm", &parameters.ct.read.unit_mm);
+  readExact(node, "ct/orientation", "text", &parameters.ct.read.orientation);
+  readExact(node, "ct/check_values", "true or false", &parameters.ct.read.check_values);
   readExact(node, "phantom", "text", &parameters.ct.phantom);
   readNumber(node, "phantom_spacing_mm", &parameters.ct.spacing_mm);
   readExact(node, "views", "text such as 'ap:0,lateral:90'", &views);

@@ -91,8 +91,8 @@ std::size_t lineCount(const std::string& text) {
 }
 
 TEST_F(ExecutablesTest, HelpIsNoError) {
-  for (const char* tool :
-       {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor", "compare_poses", "calibrate"}) {
+  for (const char* tool : {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor",
+                           "compare_poses", "calibrate", "inspect_ct"}) {
     const Outcome outcome = tools().run(std::string(tool) + " --help");
     EXPECT_EQ(outcome.code, 0) << tool;
     EXPECT_NE(outcome.out.find("--help"), std::string::npos) << tool;

@@ -18,7 +18,7 @@ void checkSpacing(double spacing_mm) {
 }  // namespace
 
 Volume loadCt(const CtSource& source, const Logger& logger) {
-  if (!source.path.empty()) return readVolume(source.path, {}, logger);
+  if (!source.path.empty()) return readVolume(source.path, source.read, logger);
   if (source.phantom.empty()) throw ArgumentError("no CT: name a file or a phantom (head, pelvis, cube)");
   checkSpacing(source.spacing_mm);
   if (source.phantom == "head") return headPhantom(source.spacing_mm);

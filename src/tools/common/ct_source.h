@@ -4,6 +4,7 @@
 
 #include "xray_registration/common/log.h"
 #include "xray_registration/volume/phantom.h"
+#include "xray_registration/volume/volume_io.h"
 
 namespace xray_registration::tools {
 
@@ -12,6 +13,7 @@ struct CtSource {
   std::string path;         ///< Wins over the phantom.
   std::string phantom;      ///< "head", "pelvis" or "cube".
   double spacing_mm = 1.0;  ///< Of the phantom.
+  VolumeReadOptions read;   ///< Of the file.
 };
 
 /// A phantom with its bones apart.
