@@ -33,8 +33,8 @@ struct DicomSlice {
   std::optional<std::pair<int, int>> padding;
 };
 
-/// Reads the file up to its pixels. Empty when it is no DICOM image.
-std::optional<DicomSlice> readDicomHeader(const std::string& path);
+/// Reads the file up to its pixels. Empty when it is no DICOM image. `is_damaged`: it is DICOM, but cut off or damaged.
+std::optional<DicomSlice> readDicomHeader(const std::string& path, bool* is_damaged);
 
 /// Pixels in HU (rescaled), rows × columns; padding becomes air. MONOCHROME1 says how to show them and changes nothing.
 /// @throws VolumeError.

@@ -133,7 +133,9 @@ HuDoubt doubtWithoutAir(const HuHistogram& whole, const HuHistogram& rest, std::
   return {text.str(), false};
 }
 
-HuDoubt doubtWithAir(const HuHistogram& whole, const HuHistogram& rest, std::optional<std::int16_t> at_edges) {
+// `is_padded`: some of the air was padding, and says nothing.
+HuDoubt doubtWithAir(const HuHistogram& whole, const HuHistogram& rest, std::optional<std::int16_t> at_edges,
+                     bool is_padded) {
   if (whole.share(2501, 32767) > std::max(0.1, whole.share(-500, 2500))) {
     return sure(
         "more of it lies above 2500 HU than in the range of tissue and bone: turned round, or no Hounsfield units? "
@@ -141,10 +143,10 @@ HuDoubt doubtWithAir(const HuHistogram& whole, const HuHistogram& rest, std::opt
   }
   // Water, 1024 too low, looks like air.
   if (looksShifted(rest, -1024) && rest.share(-200, 300) < 0.1 * rest.share(-1224, -724)) return doubtAboutShift(rest);
-  // Padding alone has been made -1000 or so, and what was scanned is shifted.
+  // What lies around may be air alone, and what was scanned be shifted.
   if (at_edges && rest.share(-1150, -850) < 0.001) {
     HuDoubt doubt = doubtAboutShift(rest);
-    doubt.is_sure = false;
+    doubt.is_sure = doubt.is_sure && is_padded;
     return doubt;
   }
   return {};
@@ -165,7 +167,7 @@ HuDoubt doubtAbout(const FileImage<std::int16_t>& image, const FileRule& rule) {
   if (at_edges) rest.leaveOut(*at_edges);
   HuDoubt sign = doubtAboutSign(whole);
   if (!sign.what.empty()) return sign;
-  if (whole.share(-1150, -850) >= 0.001) return doubtWithAir(whole, rest, at_edges);
+  if (whole.share(-1150, -850) >= 0.001) return doubtWithAir(whole, rest, at_edges, image.facts.padded > 0);
   return doubtWithoutAir(whole, rest, at_edges);
 }
 

@@ -12,6 +12,7 @@
 #include "dicom_file.h"
 #include "padding.h"
 #include "value_conversion.h"
+#include "xray_registration/common/dicom_structure.h"
 #include "xray_registration/common/itk_quiet.h"
 #include "xray_registration/volume/volume_error.h"
 
@@ -97,7 +98,8 @@ std::optional<std::pair<int, int>> paddingOf(const gdcm::DataSet& data) {
   return std::minmax({number(*value), limit});
 }
 
-bool hasRoom(const gdcm::File& file, const DicomSlice& slice) {
+bool hasRoom(const gdcm::File& file, const DicomSlice& slice, const DicomStructure& structure) {
+  if (!structure.pixels_fit) return false;
   const double bits = shortOf(file.GetDataSet(), 0x28, 0x100).value_or(16);
   const double bytes = bits / 8.0 * slice.columns * slice.rows * slice.frames * slice.components;
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
@@ -175,7 +177,10 @@ StoredScale readPixels(const DicomSlice& slice, const FileRule& rule, To* out, V
 
 }  // namespace
 
-std::optional<DicomSlice> readDicomHeader(const std::string& path) {
+std::optional<DicomSlice> readDicomHeader(const std::string& path, bool* is_damaged) {
+  const DicomStructure structure = dicomStructure(path);
+  *is_damaged = structure.is_dicom && !structure.is_whole;
+  if (!structure.is_whole) return std::nullopt;
   const QuietItk quiet;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
@@ -198,7 +203,7 @@ std::optional<DicomSlice> readDicomHeader(const std::string& path) {
   slice.has_value_table = data.FindDataElement(gdcm::Tag(0x28, 0x3000));
   slice.has_geometry = parseGeometry(data, &slice);
   slice.padding = paddingOf(data);
-  slice.has_room = hasRoom(reader.GetFile(), slice);
+  slice.has_room = hasRoom(reader.GetFile(), slice, structure);
   return slice;
 }
 

@@ -8,6 +8,7 @@
 #include "dicom_series.h"
 #include "file_boundary.h"
 #include "file_grid.h"
+#include "header_text.h"
 #include "hu_check.h"
 #include "itk_image_file.h"
 #include "nifti_file.h"
@@ -62,10 +63,18 @@ std::vector<std::string> filesBelow(const std::string& folder) {
   return files;
 }
 
-DicomSeriesMap seriesBelow(const std::string& folder) {
+DicomSeriesMap seriesBelow(const std::string& folder, const Logger& logger) {
   DicomSeriesMap series;
+  std::vector<std::string> damaged;
   for (const std::string& file : filesBelow(folder)) {
-    if (auto slice = readDicomHeader(file)) series[slice->series_uid].push_back(std::move(*slice));
+    bool is_damaged = false;
+    if (auto slice = readDicomHeader(file, &is_damaged)) series[slice->series_uid].push_back(std::move(*slice));
+    if (is_damaged) damaged.push_back(fs::path(file).filename().string());
+  }
+  if (!damaged.empty()) {
+    log(logger, LogLevel::kWarning,
+        "'" + folder + "': " + std::to_string(damaged.size()) +
+            " of its DICOM files are cut off or damaged and left out, the first of them " + damaged.front());
   }
   return series;
 }
@@ -113,7 +122,7 @@ void warnOfValues(const DicomSlice& slice, std::vector<std::string>* warnings) {
 template <typename T>
 FileImage<T> readFolder(const std::string& folder, const VolumeReadOptions& options, const FileRule& rule,
                         const Logger& logger) {
-  const DicomSeriesMap series = seriesBelow(folder);
+  const DicomSeriesMap series = seriesBelow(folder, logger);
   std::vector<DicomSlice> slices = chosenSeries(series, options.series_uid, folder, logger);
   FileImage<T> image;
   if (const std::size_t sharing = dropCopies(&slices)) {
@@ -137,7 +146,11 @@ FileImage<T> readFolder(const std::string& folder, const VolumeReadOptions& opti
 
 // One DICOM file. Its refusal says what to name instead.
 void refuseDicomFile(const std::string& path) {
-  const auto slice = readDicomHeader(path);
+  bool is_damaged = false;
+  const auto slice = readDicomHeader(path, &is_damaged);
+  if (is_damaged && lowerCase(fs::path(path).extension().string()) == ".dcm") {
+    throw VolumeError("'" + path + "': it is a DICOM file that is cut off or damaged");
+  }
   if (!slice) return;
   throw VolumeError("'" + path + "': " +
                     (slice->frames > 1
@@ -197,6 +210,7 @@ void clearEdgePadding(const std::string& path, const Logger& logger, FileImage<s
   const std::size_t rows =
       static_cast<std::size_t>(image->grid.size[1]) * static_cast<std::size_t>(image->grid.size[2]);
   const std::size_t cleared = clearPadding(*padding, *padding, image->grid.size[0], rows, image->voxels.data());
+  image->facts.padded += cleared;
   log(logger, LogLevel::kWarning,
       "'" + path + "': " + std::to_string(cleared) + " voxels around what was scanned hold " +
           std::to_string(*padding) + " HU, which is padding and taken as air");
@@ -268,7 +282,7 @@ void writeVolume(const Volume& volume, const std::string& path) {
 
 std::vector<SeriesInfo> listDicomSeries(const std::string& folder) {
   std::vector<SeriesInfo> list;
-  for (const auto& [uid, slices] : seriesBelow(checkedPath(folder, ""))) list.push_back({uid, slices.size()});
+  for (const auto& [uid, slices] : seriesBelow(checkedPath(folder, ""), {})) list.push_back({uid, slices.size()});
   return list;
 }
 

@@ -153,6 +153,42 @@ TEST_F(DicomValues, ASizeThatTheFileCannotHoldIsRefused) {
   expectContains(refusal(write(files)), "truncated or damaged");
 }
 
+TEST_F(DicomValues, AFileThatIsCutOffAnywhereIsLeftOutOrRefused) {
+  std::vector<DicomFile> files = series(storedBody());
+  files.resize(3);
+  const std::string folder = write(files);
+  const std::string last = folder_ / "2.dcm";
+  const auto size = static_cast<int>(std::filesystem::file_size(last));
+  std::ifstream stream(last, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  for (int length = 100; length < size; length += length < 1000 ? 1 : 101) {
+    test_files::writeBytes(last, bytes.substr(0, static_cast<std::size_t>(length)));
+    std::string warned;
+    std::string refused;
+    try {
+      const auto result = read(folder);
+      warned = result.warned;
+      EXPECT_EQ(result.ct.grid.size.z(), 2);
+    } catch (const VolumeError& error) {
+      refused = error.what();
+    }
+    // Before the mark of DICOM it is another file; without its series it is another series.
+    const bool is_told = warned.find("cut off or damaged") != std::string::npos ||
+                         refused.find("truncated or damaged") != std::string::npos;
+    EXPECT_TRUE(is_told || length < 600) << length << ": " << warned << refused;
+  }
+}
+
+TEST_F(DicomValues, ALengthThatTheFileCannotHoldIsRefused) {
+  const std::string folder = write(series(storedBody()));
+  std::ifstream stream(folder_ / "11.dcm", std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  const std::size_t pixels = bytes.find(std::string("\xe0\x7f\x10\0OW", 6));
+  bytes.replace(pixels + 8, 4, "\xf0\xff\xff\xef");
+  test_files::writeBytes(folder_ / "11.dcm", bytes);
+  expectContains(refusal(folder), "truncated or damaged");
+}
+
 TEST_F(DicomValues, ZeroSpacingIsRefused) {
   std::vector<DicomFile> files = series(storedBody());
   for (DicomFile& file : files) file.pixel_spacing = {2.0, 0.0};

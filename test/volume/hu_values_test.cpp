@@ -135,6 +135,8 @@ TEST_F(HuValues, DensePaddingAroundARoundFieldIsAir) {
     // As unsigned numbers with the scanner's intercept.
     std::vector<std::uint16_t> voxels = scaled<std::uint16_t>(bodyHu(), 1.0, 1024.0);
     setOutside(stored, &voxels);
+    // The padding does not hide that the rest is no Hounsfield units.
+    expectContains(refusal(write(voxels)), "ct/hu_intercept: -1024");
     voxels[12 * 24 + 12] = 4095;  // Metal in the body.
     VolumeReadOptions options;
     options.hu_intercept = -1024.0;

@@ -49,6 +49,18 @@ std::string refusal(const std::string& path, const VolumeReadOptions& options = 
   return "read without an error";
 }
 
+VolumeReadOptions below(const std::string& directory) {
+  VolumeReadOptions options;
+  options.directory = directory;
+  return options;
+}
+
+VolumeReadOptions ofSeries(const std::string& uid) {
+  VolumeReadOptions options;
+  options.series_uid = uid;
+  return options;
+}
+
 void expectContains(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is not in: " << text;
 }
@@ -222,7 +234,7 @@ TEST(Directory, KeepsReadingBelowIt) {
   writeVolume(ct, folder / "allowed/sub/a.nii");
   writeVolume(ct, folder / "outside.nii");
   writeVolume(ct, folder / "allowed_not/a.nii");
-  const VolumeReadOptions options{"", folder / "allowed"};
+  const VolumeReadOptions options = below(folder / "allowed");
   EXPECT_EQ(readVolume(folder / "allowed/sub/a.nii", options, {}).hu, ct.hu);
   expectContains(refusal(folder / "outside.nii", options), "outside ct/directory");
   expectContains(refusal(folder / "allowed_not/a.nii", options), "outside ct/directory");
@@ -232,14 +244,14 @@ TEST(Directory, KeepsReadingBelowIt) {
   expectContains(refusal(folder / "allowed/link.nii", options), "outside ct/directory");
   std::filesystem::create_symlink(folder / "allowed/sub/a.nii", folder / "into.nii");
   EXPECT_EQ(readVolume(folder / "into.nii", options, {}).hu, ct.hu);
-  expectContains(refusal(folder / "into.nii", {"", folder / "nowhere"}), "ct/directory cannot be used");
+  expectContains(refusal(folder / "into.nii", below(folder / "nowhere")), "ct/directory cannot be used");
 }
 
 TEST(Directory, HeadersMayNotReferElsewhere) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "allowed");
   writeBytes(folder / "secret.raw", std::string(16, '\1'));
-  const VolumeReadOptions options{"", folder / "allowed"};
+  const VolumeReadOptions options = below(folder / "allowed");
   writeBytes(folder / "allowed/a.mhd",
              "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_SHORT\n"
              "ElementDataFile = ../secret.raw\n");
@@ -345,9 +357,9 @@ TEST_F(DicomSeries, TheLargestIsTakenAndAnotherByItsUid) {
   expectContains(said, "1.2.3.2");
   expectContains(said, "1.2.3.1 (5 slices)");
   EXPECT_EQ(said.find("SECRET"), std::string::npos);
-  EXPECT_EQ(readVolume(folder_.path().string(), {"1.2.3.1", ""}, {}).grid.size.z(), 5);
-  expectContains(refusal(folder_.path().string(), {"9.9", ""}), "ct/series_uid '9.9' is not there");
-  expectContains(refusal(folder_.path().string(), {"1.2.3.0", ""}), "single slice");
+  EXPECT_EQ(readVolume(folder_.path().string(), ofSeries("1.2.3.1"), {}).grid.size.z(), 5);
+  expectContains(refusal(folder_.path().string(), ofSeries("9.9")), "ct/series_uid '9.9' is not there");
+  expectContains(refusal(folder_.path().string(), ofSeries("1.2.3.0")), "single slice");
   const auto list = listDicomSeries(folder_.path().string());
   ASSERT_EQ(list.size(), 3U);
   EXPECT_EQ(list[2].uid, "1.2.3.2");
@@ -460,7 +472,7 @@ TEST_F(DicomSeries, LinksOutOfTheDirectoryAreRefused) {
   writeDicom(elsewhere / "x.dcm", files[4]);
   std::filesystem::create_symlink(elsewhere / "x.dcm", folder_ / "x.dcm");
   EXPECT_EQ(readVolume(folder_.path().string(), {}, {}).grid.size.z(), 5);
-  expectContains(refusal(folder_.path().string(), {"", folder_.path().string()}), "outside ct/directory");
+  expectContains(refusal(folder_.path().string(), below(folder_.path().string())), "outside ct/directory");
 }
 
 TEST(Folders, EmptyOnesAreRefused) {

@@ -17,8 +17,8 @@ struct VolumeReadOptions {
   /// used.
   double hu_slope = 1.0;
   double hu_intercept = 0.0;
-  std::optional<double> padding = {};  ///< This value in the file marks voxels that hold none; they become air.
-  std::string orientation = {};  ///< Where x, y, z of a file point that does not say, e.g. "RAS"; empty: by its format.
+  std::optional<double> padding;  ///< This value in the file marks voxels that hold none; they become air.
+  std::string orientation;   ///< Where x, y, z of a file point that does not say, e.g. "RAS"; empty: by its format.
   double unit_mm = 0.0;      ///< Millimetres of the file's unit of length; 0: as the file says.
   bool check_values = true;  ///< Refuse what cannot be Hounsfield units; false: only warn of it.
 };

@@ -1,0 +1,253 @@
+#include "xray_registration/common/dicom_structure.h"
+
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <fstream>
+#include <string>
+
+// The encoding: DICOM PS3.5, chapter 7, and PS3.10, chapter 7, for the beginning of a file.
+
+namespace xray_registration {
+namespace {
+
+constexpr std::uint32_t kUndefined = 0xffffffff;
+constexpr std::uint32_t kItem = 0xfffee000;
+constexpr std::uint32_t kItemEnd = 0xfffee00d;
+constexpr std::uint32_t kSequenceEnd = 0xfffee0dd;
+constexpr std::uint32_t kPixels = 0x7fe00010;
+constexpr int kDeepest = 32;
+constexpr long kPreamble = 128;
+constexpr long kNearby = 4096;  // Skipped by reading, which keeps the stream's buffer.
+
+// An element does not fit.
+struct Broken {};
+
+struct Encoding {
+  bool explicit_vr = true;
+  bool big_endian = false;
+};
+
+struct Element {
+  std::uint32_t tag = 0;
+  std::string vr;
+  std::uint32_t length = 0;
+};
+
+class Walk {
+ public:
+  explicit Walk(const std::string& path) : stream_(path, std::ios::binary) {
+    stream_.seekg(0, std::ios::end);
+    size_ = static_cast<long>(stream_.tellg());
+    stream_.seekg(0);
+  }
+
+  DicomStructure look() {
+    DicomStructure found;
+    found.is_dicom = beginsAsDicom();
+    if (!found.is_dicom) return found;
+    try {
+      encoding_ = {};
+      const std::string syntax = hasMeta() ? walkMeta() : std::string();
+      if (position_ >= size_) throw Broken();
+      if (syntax == "1.2.840.10008.1.2.1.99") return {true, true, true};  // Deflated.
+      encoding_.big_endian = syntax == "1.2.840.10008.1.2.2";
+      encoding_.explicit_vr = hasMeta() ? syntax != "1.2.840.10008.1.2" : looksExplicit();
+      walkElements(size_, 0);
+      found.is_whole = true;
+      found.pixels_fit = !at_pixels_ || pixelsFit();
+    } catch (const Broken&) {
+      // What was found out before stands.
+    }
+    return found;
+  }
+
+ private:
+  void moveTo(long position) {
+    if (position < position_ || position > size_) throw Broken();
+    if (position - position_ <= kNearby) {
+      stream_.ignore(position - position_);
+    } else {
+      stream_.seekg(position);
+    }
+    position_ = position;
+  }
+
+  void read(char* out, long count) {
+    if (position_ + count > size_ || !stream_.read(out, count)) throw Broken();
+    position_ += count;
+  }
+
+  std::uint32_t number(int bytes) {
+    std::array<unsigned char, 4> raw{};
+    read(reinterpret_cast<char*>(raw.data()), bytes);
+    std::uint32_t value = 0;
+    for (int i = 0; i < bytes; ++i) {
+      const int place = encoding_.big_endian ? i : bytes - 1 - i;
+      value = value << 8U | raw[static_cast<std::size_t>(place)];
+    }
+    return value;
+  }
+
+  void restartAt(long position) {
+    stream_.clear();
+    stream_.seekg(position);
+    position_ = position;
+  }
+
+  bool beginsAsDicom() {
+    std::array<char, 4> mark{};
+    if (size_ >= kPreamble + 4) {
+      stream_.seekg(kPreamble);
+      stream_.read(mark.data(), 4);
+      restartAt(kPreamble + 4);
+      if (std::string(mark.data(), 4) == "DICM") return true;
+    }
+    // Without the preamble: the first element is of group 2 or 8, little endian.
+    restartAt(0);
+    std::array<char, 2> group{};
+    stream_.read(group.data(), 2);
+    const bool is_likely = stream_.good() && (group[0] == 2 || group[0] == 8) && group[1] == 0;
+    restartAt(0);
+    return is_likely;
+  }
+
+  // Looks at two bytes of what comes and goes back.
+  std::string peek(long ahead, long count) {
+    const long here = position_;
+    std::string text(static_cast<std::size_t>(count), '\0');
+    moveTo(here + ahead);
+    read(text.data(), count);
+    restartAt(here);
+    return text;
+  }
+
+  bool hasMeta() {
+    if (!meta_known_) has_meta_ = peek(0, 2) == std::string("\2\0", 2);
+    meta_known_ = true;
+    return has_meta_;
+  }
+
+  bool looksExplicit() {
+    const std::string vr = peek(4, 2);
+    return std::isupper(static_cast<unsigned char>(vr[0])) != 0 && std::isupper(static_cast<unsigned char>(vr[1])) != 0;
+  }
+
+  Element element() {
+    Element result;
+    const std::uint32_t group = number(2);
+    result.tag = group << 16U | number(2);
+    // Items and their ends have no VR.
+    if (!encoding_.explicit_vr || group == 0xfffe) {
+      result.length = number(4);
+      return result;
+    }
+    result.vr.resize(2);
+    read(result.vr.data(), 2);
+    for (const char* longer : {"OB", "OW", "OF", "OD", "OL", "OV", "SQ", "UC", "UR", "UT", "UN", "SV", "UV"}) {
+      if (result.vr != longer) continue;
+      number(2);
+      result.length = number(4);
+      return result;
+    }
+    for (const char letter : result.vr) {
+      if (std::isupper(static_cast<unsigned char>(letter)) == 0) throw Broken();
+    }
+    result.length = number(2);
+    return result;
+  }
+
+  void skip(std::uint32_t length, long end) {
+    if (length == kUndefined || position_ + static_cast<long>(length) > end) throw Broken();
+    moveTo(position_ + static_cast<long>(length));
+  }
+
+  // Group 2, which is explicit and little endian always. Returns the transfer syntax.
+  std::string walkMeta() {
+    std::string syntax;
+    while (position_ < size_ && peek(0, 2) == std::string("\2\0", 2)) {
+      const Element one = element();
+      if (one.tag == 0x00020010 && one.length < 100 && position_ + static_cast<long>(one.length) <= size_) {
+        syntax.resize(one.length);
+        read(syntax.data(), static_cast<long>(one.length));
+        while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
+      } else {
+        skip(one.length, size_);
+      }
+    }
+    return syntax;
+  }
+
+  // Up to `end`, to the end of an item, or to the pixels of the file itself.
+  void walkElements(long end, int depth) {
+    if (depth > kDeepest) throw Broken();
+    while (position_ < end) {
+      const Element one = element();
+      if (one.tag == kItemEnd && depth > 0) return;
+      if (depth == 0 && one.tag >= kPixels) {
+        pixels_ = one;
+        at_pixels_ = one.tag == kPixels;
+        return;
+      }
+      if (one.length == kUndefined && (one.vr == "OB" || one.vr == "OW")) {
+        walkFragments(end);  // Of an icon.
+      } else if (one.vr == "SQ" || one.length == kUndefined) {
+        walkSequence(one, end, depth);
+      } else {
+        skip(one.length, end);
+      }
+    }
+  }
+
+  void walkSequence(const Element& sequence, long end, int depth) {
+    const Encoding outer = encoding_;
+    // A sequence of unknown VR and length is implicit (PS3.5, 6.2.2).
+    if (sequence.vr == "UN") encoding_ = {false, false};
+    const bool is_open = sequence.length == kUndefined;
+    const long last = is_open ? end : position_ + static_cast<long>(sequence.length);
+    if (last > end) throw Broken();
+    while (position_ < last) {
+      const Element item = element();
+      if (item.tag == kSequenceEnd) break;
+      if (item.tag != kItem) throw Broken();
+      const bool item_is_open = item.length == kUndefined;
+      const long item_end = item_is_open ? last : position_ + static_cast<long>(item.length);
+      if (item_end > last) throw Broken();
+      walkElements(item_end, depth + 1);
+    }
+    encoding_ = outer;
+  }
+
+  // Packed pixels: items without elements, up to the sequence's end.
+  void walkFragments(long end) {
+    for (Element fragment = element(); fragment.tag != kSequenceEnd; fragment = element()) {
+      if (fragment.tag != kItem) throw Broken();
+      skip(fragment.length, end);
+    }
+  }
+
+  bool pixelsFit() {
+    if (pixels_.length != kUndefined) return position_ + static_cast<long>(pixels_.length) <= size_;
+    try {
+      walkFragments(size_);
+    } catch (const Broken&) {
+      return false;
+    }
+    return true;
+  }
+
+  std::ifstream stream_;
+  long size_ = 0;
+  long position_ = 0;
+  Encoding encoding_;
+  Element pixels_;
+  bool at_pixels_ = false;
+  bool meta_known_ = false;
+  bool has_meta_ = false;
+};
+
+}  // namespace
+
+DicomStructure dicomStructure(const std::string& path) { return Walk(path).look(); }
+
+}  // namespace xray_registration
