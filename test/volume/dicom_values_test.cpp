@@ -1,6 +1,7 @@
 // DICOM slices as scanners and converters leave them: padding, MONOCHROME1, shared UIDs, sizes that cannot be.
 #include <gtest/gtest.h>
 
+#include "test/volume/random_damage.h"
 #include "test/volume/reading.h"
 #include "test/volume/test_files.h"
 
@@ -177,6 +178,15 @@ TEST_F(DicomValues, AFileThatIsCutOffAnywhereIsLeftOutOrRefused) {
                          refused.find("truncated or damaged") != std::string::npos;
     EXPECT_TRUE(is_told || length < 600) << length << ": " << warned << refused;
   }
+}
+
+TEST_F(DicomValues, DamagedHeadersAreReadOrRefused) {
+  std::vector<DicomFile> files = series(storedBody());
+  files.resize(3);
+  for (DicomFile& file : files) file.padding = 63536;
+  const std::string folder = write(files);
+  const std::size_t header = std::filesystem::file_size(folder_ / "2.dcm") - 2 * kBodySide * kBodySide;
+  reading::expectDamageIsReadOrRefused(folder, folder_ / "2.dcm", header);
 }
 
 TEST_F(DicomValues, ALengthThatTheFileCannotHoldIsRefused) {

@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include "test/volume/nifti_writer.h"
+#include "test/volume/random_damage.h"
 #include "test/volume/reading.h"
 
 namespace xray_registration {
@@ -262,6 +263,15 @@ TEST_F(NiftiFiles, AHeaderThatClaimsMoreThanTheFileHoldsIsRefused) {
   file.version = 2;
   file.size = {1 << 20, 1 << 20, 1 << 20};
   expectContains(refusal(write(file)), "impossible number of voxels");
+}
+
+TEST_F(NiftiFiles, DamagedHeadersAreReadOrRefused) {
+  for (const int version : {1, 2}) {
+    NiftiFile file = withSform();
+    file.version = version;
+    const std::string path = write(file);
+    reading::expectDamageIsReadOrRefused(path, path, version == 1 ? 352 : 544);
+  }
 }
 
 TEST_F(NiftiFiles, ADamagedByteInCompressedDataIsFound) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "test/volume/random_damage.h"
 #include "test/volume/reading.h"
 #include "test/volume/test_files.h"
 
@@ -177,6 +178,11 @@ TEST_F(NrrdFiles, AHeaderThatCannotBeReadIsSaidInOneLine) {
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }
 
+TEST_F(NrrdFiles, DamagedHeadersAreReadOrRefused) {
+  const std::string path = write(std::string("space: RAS\nspace units: \"mm\" \"mm\" \"mm\"\n") + kPlace);
+  reading::expectDamageIsReadOrRefused(path, path, 180);
+}
+
 TEST_F(NrrdFiles, ContentUnderAWrongNameIsNamed) {
   expectContains(refusal(write(std::string("space: LPS\n") + kPlace, "a.nii")), "name it .nrrd");
 }
@@ -248,6 +254,16 @@ TEST_F(MetaImageFiles, UnitsScaleTheOriginToo) {
                          bytesOf(someHu())))
                   .ct,
               kLastVoxel, {16, 26, 34});
+}
+
+TEST_F(MetaImageFiles, DamagedHeadersAreReadOrRefused) {
+  for (const bool is_compressed : {false, true}) {
+    const std::string bytes = bytesOf(someHu());
+    const std::string header =
+        kMetaPlace + "HeaderSize = 0\nCompressedData = " + (is_compressed ? "True\n" : "False\n");
+    const std::string path = write(header, is_compressed ? packedBytes(bytes, 15) : bytes);
+    reading::expectDamageIsReadOrRefused(path, path, 220);
+  }
 }
 
 TEST_F(MetaImageFiles, ZeroSpacingIsRefused) {
