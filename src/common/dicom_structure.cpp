@@ -20,6 +20,15 @@ constexpr int kDeepest = 32;
 constexpr long kPreamble = 128;
 constexpr long kNearby = 4096;  // Skipped by reading, which keeps the stream's buffer.
 
+// Those whose length has 16 bits.
+bool isShortVr(const std::string& vr) {
+  for (const char* known : {"AE", "AS", "AT", "CS", "DA", "DS", "DT", "FD", "FL", "IS", "LO",
+                            "LT", "PN", "SH", "SL", "SS", "ST", "TM", "UI", "UL", "US"}) {
+    if (vr == known) return true;
+  }
+  return false;
+}
+
 // An element does not fit.
 struct Broken {};
 
@@ -55,7 +64,7 @@ class Walk {
       encoding_.explicit_vr = hasMeta() ? syntax != "1.2.840.10008.1.2" : looksExplicit();
       walkElements(size_, 0);
       found.is_whole = true;
-      found.pixels_fit = !at_pixels_ || pixelsFit();
+      found.pixels_fit = !at_pixels_ || (pixelsFit() && restFits());
     } catch (const Broken&) {
       // What was found out before stands.
     }
@@ -150,9 +159,7 @@ class Walk {
       result.length = number(4);
       return result;
     }
-    for (const char letter : result.vr) {
-      if (std::isupper(static_cast<unsigned char>(letter)) == 0) throw Broken();
-    }
+    if (!isShortVr(result.vr)) throw Broken();
     result.length = number(2);
     return result;
   }
@@ -167,6 +174,7 @@ class Walk {
     std::string syntax;
     while (position_ < size_ && peek(0, 2) == std::string("\2\0", 2)) {
       const Element one = element();
+      if (one.vr == "SQ") throw Broken();
       if (one.tag == 0x00020010 && one.length < 100 && position_ + static_cast<long>(one.length) <= size_) {
         syntax.resize(one.length);
         read(syntax.data(), static_cast<long>(one.length));
@@ -181,12 +189,16 @@ class Walk {
   // Up to `end`, to the end of an item, or to the pixels of the file itself.
   void walkElements(long end, int depth) {
     if (depth > kDeepest) throw Broken();
+    std::uint32_t last_tag = 0;
     while (position_ < end) {
       const Element one = element();
+      // GDCM takes the file for one of another encoding, and does not survive what it then reads.
+      if (depth == 0 && one.tag <= last_tag) throw Broken();
+      last_tag = one.tag;
       if (one.tag == kItemEnd && depth > 0) return;
-      if (depth == 0 && one.tag >= kPixels) {
+      if (depth == 0 && one.tag == kPixels) {
         pixels_ = one;
-        at_pixels_ = one.tag == kPixels;
+        at_pixels_ = true;
         return;
       }
       if (one.length == kUndefined && (one.vr == "OB" || one.vr == "OW")) {
@@ -227,9 +239,22 @@ class Walk {
   }
 
   bool pixelsFit() {
-    if (pixels_.length != kUndefined) return position_ + static_cast<long>(pixels_.length) <= size_;
     try {
-      walkFragments(size_);
+      if (pixels_.length == kUndefined) {
+        walkFragments(size_);
+      } else {
+        skip(pixels_.length, size_);
+      }
+    } catch (const Broken&) {
+      return false;
+    }
+    return true;
+  }
+
+  // What comes behind the pixels: hardly ever more than padding.
+  bool restFits() {
+    try {
+      walkElements(size_, 0);
     } catch (const Broken&) {
       return false;
     }

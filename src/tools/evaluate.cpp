@@ -89,8 +89,8 @@ void addOptions(CLI::App* app, Arguments* arguments) {
 
 NodeParameters parametersOf(const Arguments& arguments, const Logger& logger) {
   try {
-    NodeParameters parameters =
-        arguments.config.empty() ? NodeParameters{} : loadParametersYaml(arguments.config, logger);
+    NodeParameters parameters;
+    if (!arguments.config.empty()) parameters = loadParametersYaml(arguments.config, logger);
     if (!arguments.views.empty()) parameters.views = splitList(arguments.views);
     if (!arguments.device.empty()) parameters.device = arguments.device;
     if (arguments.method == "fast") parameters.registrar.method = Method::kFast;

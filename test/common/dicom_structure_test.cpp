@@ -93,6 +93,12 @@ TEST_F(DicomStructureTest, ALengthBeyondTheFile) {
   EXPECT_TRUE(look(sliceWith(tag(0x29, 0x1010) + "OB" + std::string(2, '\0') + littleEndian(2, 4) + "ab")).is_whole);
 }
 
+TEST_F(DicomStructureTest, ElementsAreInTheirOrder) {
+  EXPECT_TRUE(look(sliceWith(tag(0x29, 0x1010) + "CS" + littleEndian(2, 2) + "ab")).is_whole);
+  EXPECT_FALSE(look(sliceWith(tag(0x8, 0x60) + "CS" + littleEndian(2, 2) + "CT")).is_whole);
+  EXPECT_FALSE(look(sliceWith(tag(0xff28, 0x101) + "CS" + littleEndian(2, 2) + "ab")).pixels_fit);
+}
+
 TEST_F(DicomStructureTest, SequencesOfEveryKind) {
   const std::string inner = tag(0x8, 0x60) + "CS" + littleEndian(2, 2) + "CT";
   const std::string item = tag(0xfffe, 0xe000);

@@ -11,16 +11,16 @@
 namespace xray_registration {
 
 struct VolumeReadOptions {
-  std::string series_uid;  ///< DICOM: the series to take; empty takes the one with most slices and logs the choice.
-  std::string directory;   ///< When set, files are only read from below this folder (after resolving links).
+  std::string series_uid;   ///< DICOM: the series to take; empty takes the one with most slices and logs the choice.
+  std::string directory;    ///< When set, files are only read from below this folder (after resolving links).
+  std::string orientation;  ///< Where x, y, z of a file point that does not say, e.g. "RAS"; empty: by its format.
   /// HU = hu_slope · value + hu_intercept, where value is what the file states with its own rescaling. Labels: not
   /// used.
   double hu_slope = 1.0;
   double hu_intercept = 0.0;
   std::optional<double> padding;  ///< This value in the file marks voxels that hold none; they become air.
-  std::string orientation;   ///< Where x, y, z of a file point that does not say, e.g. "RAS"; empty: by its format.
-  double unit_mm = 0.0;      ///< Millimetres of the file's unit of length; 0: as the file says.
-  bool check_values = true;  ///< Refuse what cannot be Hounsfield units; false: only warn of it.
+  double unit_mm = 0.0;           ///< Millimetres of the file's unit of length; 0: as the file says.
+  bool check_values = true;       ///< Refuse what cannot be Hounsfield units; false: only warn of it.
 };
 
 /// Whether they are three letters that a VolumeReadOptions' orientation may hold: one each of L or R, P or A, S or I.

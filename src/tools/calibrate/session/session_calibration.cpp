@@ -25,8 +25,8 @@ constexpr std::size_t kUsualEvaluations = 50;
 
 NodeParameters parametersOf(const SessionArguments& arguments, const Logger& logger) {
   try {
-    NodeParameters parameters =
-        arguments.config.empty() ? NodeParameters{} : loadParametersYaml(arguments.config, logger);
+    NodeParameters parameters;
+    if (!arguments.config.empty()) parameters = loadParametersYaml(arguments.config, logger);
     if (!arguments.views.empty()) parameters.views = splitList(arguments.views);
     if (!arguments.device.empty()) parameters.device = arguments.device;
     parameters.registrar.method = Method::kFast;
