@@ -89,7 +89,12 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   endforeach()
   xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image image_itk LIBRARIES Eigen3::Eigen ${OpenCV_LIBS})
   target_include_directories(xray_registration_image_opencv SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
-  list(APPEND core_rooms common_itk volume_itk image_itk image_opencv)
+  # X-rays in DICOM: the geometry, and GDCM in gdcm_*.cpp.
+  file(GLOB dicom_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image/dicom/*.cpp)
+  xray_room(image_dicom SOURCES ${dicom_sources} ROOMS image common_itk
+            LIBRARIES Eigen3::Eigen gdcmCommon gdcmDSED gdcmDICT gdcmIOD gdcmMSFF)
+  target_include_directories(xray_registration_image_dicom SYSTEM PRIVATE ${GDCM_INCLUDE_DIR})
+  list(APPEND core_rooms common_itk volume_itk image_itk image_opencv image_dicom)
 endif()
 
 # The core library: no ROS.
@@ -103,5 +108,6 @@ target_include_directories(xray_registration_core PUBLIC $<BUILD_INTERFACE:${CMA
 target_link_libraries(xray_registration_core PUBLIC Eigen3::Eigen OpenCL::OpenCL Threads::Threads)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   target_link_libraries(xray_registration_core PUBLIC ${YAML_CPP_LIBRARIES})
-  target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} gdcmCommon ${OpenCV_LIBS})
+  target_link_libraries(xray_registration_core PRIVATE ${ITK_LIBRARIES} ${OpenCV_LIBS}
+    gdcmCommon gdcmDSED gdcmDICT gdcmIOD gdcmMSFF)
 endif()

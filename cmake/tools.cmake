@@ -66,7 +66,10 @@ if(XRAY_REGISTRATION_ROS)
   xray_tool(compare_poses ROS)
   file(GLOB register_bag_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/register_bag/*.cpp)
   xray_tool(register_bag ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/register_bag.cpp ${register_bag_sources})
-  xray_tool(simulate_session ROS)
+  file(GLOB dicom_to_bag_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/dicom_to_bag/*.cpp)
+  xray_tool(dicom_to_bag ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/dicom_to_bag.cpp ${dicom_to_bag_sources})
+  xray_tool(simulate_session ROS SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/simulate_session.cpp
+            ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/simulate_session/dicom_output.cpp)
   xray_tool(simulator_node ROS)
   xray_tool(demo_monitor ROS)
 
