@@ -3,6 +3,7 @@
 #include <gdcmUIDGenerator.h>
 
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 
 #include "xray_registration/common/itk_quiet.h"
@@ -103,6 +104,8 @@ void writeXrayAngiogram(const std::string& path, const XrayAngiogram& run) {
       throw std::invalid_argument("the frames of a run differ in size");
     }
   }
+  // GDCM ends the process when it cannot open a file.
+  if (!std::ofstream(path)) throw XrayDicomError("'" + path + "': cannot be written");
   const QuietItk quiet;
   gdcm::ImageWriter writer;
   setPixels(run, &writer.GetImage());

@@ -260,7 +260,9 @@ TEST(RealXrayDicomTest, EachIsReadAsItsTagsSay) {
     EXPECT_TRUE(near(geometry.primary_deg, one.primary_deg));
     EXPECT_TRUE(near(geometry.secondary_deg, one.secondary_deg));
     EXPECT_EQ(geometry.pixel_mm.value.has_value(), one.pixel_mm.has_value());
-    if (one.pixel_mm) EXPECT_NEAR((*geometry.pixel_mm.value)[0], *one.pixel_mm, 1e-9);
+    if (one.pixel_mm) {
+      EXPECT_NEAR((*geometry.pixel_mm.value)[0], *one.pixel_mm, 1e-9);
+    }
     EXPECT_EQ(geometry.pixel_mm.estimate, one.pixel_is_estimate);
     std::string missing;
     for (const MissingGeometry& part : geometry.missing) {
