@@ -54,7 +54,7 @@ endfunction()
 
 # Tests that need ITK or OpenCV, and those of what stands on the pipeline.
 set(XRAY_FULL_CORE_TESTS volume_io segment_names bone_surface xray_frame mask undistortion_map calibration_grid xray_image_file
-    undistorted_registration trials wrong_input)
+    undistorted_registration trials wrong_input landmark_pose)
 # Those of X-rays in DICOM (test/image/dicom).
 set(XRAY_DICOM_TESTS dicom_geometry facts loop_x pixel_meaning positioner shutter_mask xray_dicom)
 

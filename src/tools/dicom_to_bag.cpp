@@ -231,6 +231,7 @@ void run(const Arguments& arguments) {
   auto runs = readDicomRuns(arguments.inputs, 1.0 / arguments.frame_rate_hz, logger);
   nameViews(arguments.views, arguments.inspect, &runs);
   std::vector<DicomView> views;
+  views.reserve(runs.size());
   for (const DicomRun& one : runs) views.push_back(dicomView(one, arguments.given, arguments.kind));
   if (!arguments.json.empty()) {
     nlohmann::json json;

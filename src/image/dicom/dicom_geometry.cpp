@@ -102,12 +102,19 @@ void nameWhatIsMissing(DicomGeometry* geometry) {
 /// Columns, rows and beam of the stored picture, and what they were taken from.
 PositionerAxes axesOf(const DicomFrame& frame, DicomGeometry* geometry, std::string* source) {
   const PositionerAxes detector = positionerAxes(*geometry->primary_deg.value, *geometry->secondary_deg.value);
-  const PositionerAxes by_field =
+  PositionerAxes by_field =
       dicom::storedAxes(detector, frame.field_rotation_deg.value_or(0.0), frame.field_flipped.value_or(false));
   *source = frame.field_flipped ? "FieldOfViewRotation and HorizontalFlip (0018,7032), (0018,7034)"
                                 : "as seen from the detector, which is usual";
   const auto by_words = dicom::axesAlong(detector, frame.patient_orientation);
-  if (!by_words) return by_field;
+  if (!by_words) {
+    const auto& words = frame.patient_orientation;
+    if (words.size() == 2 && !words[0].empty() && !words[1].empty()) {
+      geometry->warnings.push_back("PatientOrientation (0020,0020), " + words[0] + " and " + words[1] +
+                                   ", does not fit the positioner's angles; it is not used");
+    }
+    return by_field;
+  }
   *source = "PatientOrientation (0020,0020)";
   const bool differ = by_words->columns.dot(by_field.columns) < 0.5 || by_words->rows.dot(by_field.rows) < 0.5;
   if (differ && frame.field_flipped) {

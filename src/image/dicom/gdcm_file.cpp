@@ -73,7 +73,7 @@ std::vector<std::string> wordsIn(const std::string& text) {
     }
   }
   for (std::string& word : words) {
-    const auto first = word.find_first_not_of(" ");
+    const auto first = word.find_first_not_of(' ');
     const auto last = word.find_last_not_of(std::string(" \0", 2));
     word = first == std::string::npos || last == std::string::npos ? "" : word.substr(first, last - first + 1);
   }

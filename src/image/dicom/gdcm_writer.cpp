@@ -15,14 +15,14 @@ namespace {
 
 template <std::uint16_t Group, std::uint16_t Number, typename T>
 void set(gdcm::DataSet* set, const T& value) {
-  gdcm::Attribute<Group, Number> attribute;
+  gdcm::Attribute<Group, Number> attribute{};
   attribute.SetValue(value);
   set->Replace(attribute.GetAsDataElement());
 }
 
 template <std::uint16_t Group, std::uint16_t Number, typename T>
 void setPair(gdcm::DataSet* set, const T& first, const T& second) {
-  gdcm::Attribute<Group, Number> attribute;
+  gdcm::Attribute<Group, Number> attribute{};
   attribute.SetValue(first, 0);
   attribute.SetValue(second, 1);
   set->Replace(attribute.GetAsDataElement());

@@ -109,7 +109,7 @@ void writePoses(const DicomView& view, const BagView& bag_view, const Eigen::Vec
 /// The mask's file; empty when nothing is covered.
 std::string writeMask(const std::string& bag, const DicomView& view) {
   if (view.mask.empty()) return "";
-  const std::string path = fs::absolute(beside(bag, "_" + view.name() + "_mask.png")).string();
+  std::string path = fs::absolute(beside(bag, "_" + view.name() + "_mask.png")).string();
   // OpenCV's type for pixels in memory has no read-only form.
   writePng(path, cv::Mat(view.mask.height, view.mask.width, CV_8U, const_cast<std::uint8_t*>(view.mask.pixels.data())));
   return path;
@@ -130,6 +130,7 @@ std::string writeConfig(const std::string& bag, const std::vector<DicomView>& vi
   out << YAML::BeginMap << YAML::Key << "image" << YAML::Value << YAML::BeginMap;
   out << YAML::Key << "kind" << YAML::Value << nameOf(views.front().kind);
   std::vector<std::pair<std::string, std::string>> masks;
+  masks.reserve(views.size());
   for (const DicomView& view : views) masks.emplace_back(view.name(), writeMask(bag, view));
   if (masks.size() == 1) {
     if (!masks.front().second.empty()) out << YAML::Key << "mask" << YAML::Value << masks.front().second;
@@ -148,7 +149,7 @@ std::string writeConfig(const std::string& bag, const std::vector<DicomView>& vi
   }
   if (T_first_ct) emitPose(*T_first_ct, &out);
   out << YAML::EndMap;
-  const std::string path = beside(bag, ".yaml");
+  std::string path = beside(bag, ".yaml");
   std::ofstream stream(path);
   stream << out.c_str() << '\n';
   if (!stream.flush()) throw std::runtime_error(path + ": cannot be written");

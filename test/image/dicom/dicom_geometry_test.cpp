@@ -89,6 +89,17 @@ TEST(DicomGeometryTest, WordsForThePatientsDirectionsWin) {
   EXPECT_NE(geometry.warnings.front().find("contradicts"), std::string::npos);
 }
 
+TEST(DicomGeometryTest, WordsThatFitNoDirectionAreSaid) {
+  DicomFrame frame = wholeFrame();
+  frame.patient_orientation = {"A", "F"};  // The beam's own direction.
+  const DicomGeometry geometry = dicomGeometry(header(), frame);
+  EXPECT_TRUE(*geometry.mirrored.value);
+  ASSERT_EQ(geometry.warnings.size(), 1U);
+  EXPECT_NE(geometry.warnings.front().find("does not fit"), std::string::npos);
+  frame.patient_orientation = {"", ""};
+  EXPECT_TRUE(dicomGeometry(header(), frame).warnings.empty());
+}
+
 TEST(DicomGeometryTest, AnEmptyFileMissesEverythingByName) {
   const DicomGeometry geometry = dicomGeometry(header(), DicomFrame{});
   EXPECT_FALSE(geometry.camera);
