@@ -19,6 +19,11 @@ constexpr double kLeastAgreeing = 0.6;   // Share of the points.
 constexpr double kOtherPose_rad = 0.17;  // Poses farther apart are two.
 // Noise makes one of two mirrored depths fit better; below this factor it is chance which.
 constexpr double kAsGood = 1.5;
+constexpr double kClick_px = 0.5;  // Nobody clicks better.
+// By how much a mirror image must fit better, of many points and of few; and what is no misfit at all, of the limit.
+constexpr double kMirrored = 1.5;
+constexpr double kMirroredFew = 3.0;
+constexpr double kNegligible = 0.02;
 
 double inlierPx(const std::vector<LandmarkView>& views, const LandmarkOptions& options) {
   if (options.inlier_px > 0.0) return options.inlier_px;
@@ -77,11 +82,22 @@ bool isEnough(const LandmarkPose& pose, std::size_t count) {
   return pose.usedCount() >= 4 && static_cast<double>(pose.usedCount()) >= kLeastAgreeing * static_cast<double>(count);
 }
 
-/// Whether the mirror image of the points fits: left and right were exchanged somewhere.
-bool fitsMirrored(std::vector<Landmark> landmarks, const std::vector<LandmarkView>& views, double inlier_px) {
+/// The best pose of the points' mirror image, which fits when left and right were exchanged somewhere.
+std::optional<LandmarkPose> mirroredPose(std::vector<Landmark> landmarks, const std::vector<LandmarkView>& views,
+                                         double inlier_px) {
   for (Landmark& landmark : landmarks) landmark.point_ct.x() = -landmark.point_ct.x();
   const auto poses = settledCandidates(landmarks, views, inlier_px);
-  return !poses.empty() && isEnough(poses.front(), landmarks.size());
+  if (poses.empty() || !isEnough(poses.front(), landmarks.size())) return std::nullopt;
+  return poses.front();
+}
+
+/// Whether the mirror image explains the pixels so much better that it is no chance. Only the beam's widening tells the
+/// two apart, since a picture by parallel rays has no front and back: the wrong one may well be within the limit.
+bool isBetterMirrored(const LandmarkPose& pose, const LandmarkPose& mirrored, double inlier_px) {
+  if (mirrored.usedCount() != pose.usedCount()) return mirrored.usedCount() > pose.usedCount();
+  // Four or five points leave little over beside the six numbers of a pose, and that little varies much.
+  const double factor = pose.usedCount() >= 6 ? kMirrored : kMirroredFew;
+  return pose.rms_px > kNegligible * inlier_px && pose.rms_px > factor * mirrored.rms_px;
 }
 
 std::string agreeingInWords(const std::vector<LandmarkPose>& poses, const std::vector<Landmark>& landmarks,
@@ -104,9 +120,16 @@ LandmarkPose poseFromLandmarks(const std::vector<Landmark>& landmarks, const std
   checkLandmarks(landmarks, views);
   const double inlier_px = inlierPx(views, options);
   const auto poses = settledCandidates(landmarks, views, inlier_px);
-  if (poses.empty() || !isEnough(poses.front(), landmarks.size())) {
+  const bool is_enough = !poses.empty() && isEnough(poses.front(), landmarks.size());
+  const auto mirrored = mirroredPose(landmarks, views, inlier_px);
+  if (is_enough && mirrored && isBetterMirrored(poses.front(), *mirrored, inlier_px)) {
+    throw LandmarkError(
+        "the points fit much better as their mirror image: left and right are exchanged, in the points or in the "
+        "image");
+  }
+  if (!is_enough) {
     const std::string agreeing = agreeingInWords(poses, landmarks, inlier_px);
-    if (fitsMirrored(landmarks, views, inlier_px)) {
+    if (mirrored) {
       throw LandmarkError(agreeing +
                           ", but all do as their mirror image: left and right are exchanged, in the points or "
                           "in the image");
@@ -122,7 +145,7 @@ LandmarkPose poseFromLandmarks(const std::vector<Landmark>& landmarks, const std
   for (const LandmarkPose& other : poses) {
     const bool is_other = rotationAngleBetween(best.T_first_ct, other.T_first_ct) > kOtherPose_rad;
     if (!is_other || other.usedCount() < best.usedCount()) continue;
-    if (other.rms_px > kAsGood * std::max(best.rms_px, 0.1 * inlier_px)) continue;
+    if (other.rms_px > kAsGood * std::max(best.rms_px, kClick_px)) continue;
     throw LandmarkError("two different poses fit the points alike: give more points, not all in one plane");
   }
   return best;

@@ -134,6 +134,32 @@ TEST(LandmarkPoseTest, AMirroredPictureIsToldApart) {
   }
 }
 
+TEST(LandmarkPoseTest, AMirroredPictureThatFitsNearlyIsToldApart) {
+  // In a narrow beam and few pixels, depth makes a difference of a pixel or two only.
+  XrayCamera small = camera().binned(8);
+  auto landmarks = seen(8, 0.0, {small});
+  for (Landmark& landmark : landmarks) landmark.pixel.x() = small.width - 1 - landmark.pixel.x();
+  EXPECT_NE(refusal(landmarks, {{small}}).find("mirror image"), std::string::npos) << refusal(landmarks, {{small}});
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    EXPECT_EQ(refusal(seen(8, 0.5, {small}, 0, seed), {{small}}), "") << seed;
+    EXPECT_EQ(refusal(seen(4, 0.5, {small}, 0, seed), {{small}}), "") << seed;
+  }
+}
+
+TEST(LandmarkPoseTest, TwoPosesThatFitAlikeAreRefused) {
+  // Four points in a small plane: whether its left or its right side is nearer makes no visible difference.
+  std::vector<Landmark> landmarks;
+  for (const auto& point : {Eigen::Vector3d(-20, -15, 0), {20, -15, 0}, {20, 15, 0}, {-20, 15, 0}}) {
+    RigidTransform pose = RigidTransform::Identity();
+    pose.linear() = rotationFromVector({0, 25 * kDegree, 0});
+    pose.translation() << 0, 0, 760;
+    landmarks.push_back({"", point, camera().binned(4).project(pose * point), 0});
+    landmarks.back().pixel += Eigen::Vector2d(0.3 * (landmarks.size() % 2), -0.2);
+  }
+  EXPECT_NE(refusal(landmarks, {{camera().binned(4)}}).find("two different poses"), std::string::npos)
+      << refusal(landmarks, {{camera().binned(4)}});
+}
+
 TEST(LandmarkPoseTest, TwoViewsSeeTheDepth) {
   const std::vector<LandmarkView> views = {{camera()}, sideView()};
   for (unsigned seed = 0; seed < 10; ++seed) {
