@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "image/dicom/gdcm_file.h"
 #include "xray_registration/image/xray_dicom_geometry.h"
 #include "xray_registration/image/xray_dicom_writer.h"
 
@@ -112,6 +113,14 @@ TEST_F(XrayDicomTest, WhatIsWrittenIsRead) {
   EXPECT_TRUE(file.isIntegral());
   EXPECT_EQ(file.fullScale(), 4095);
   EXPECT_THROW(file.frame(3, false), std::out_of_range);
+}
+
+TEST_F(XrayDicomTest, WhoThePatientIsStaysInTheFile) {
+  writeXrayAngiogram(path("run.dcm"), run(1));
+  for (const auto& [tag, element] : dicom::readFile(path("run.dcm")).attributes.elements) {
+    EXPECT_NE(tag >> 16U, 0x0010U) << dicom::inWords(tag);
+    for (const std::string& word : element.words) EXPECT_EQ(word.find("SIMULATED"), std::string::npos);
+  }
 }
 
 TEST_F(XrayDicomTest, ReversedIsFullScaleMinusTheValue) {
