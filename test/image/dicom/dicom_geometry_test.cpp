@@ -133,6 +133,15 @@ TEST(DicomGeometryTest, WhatIsGivenByHandWins) {
   }
 }
 
+TEST(DicomGeometryTest, APrincipalPointIsOfTheStoredPicture) {
+  GivenGeometry given;
+  given.principal_point_px = Eigen::Vector2d(100, 50);
+  const DicomGeometry geometry = dicomGeometry(header(), wholeFrame(), given);
+  ASSERT_TRUE(*geometry.mirrored.value);
+  EXPECT_DOUBLE_EQ(geometry.camera->cx, 511 - 100);
+  EXPECT_DOUBLE_EQ(geometry.camera->cy, 50);
+}
+
 TEST(DicomGeometryTest, TheMagnificationGivesOneDistance) {
   DicomFrame frame = wholeFrame();
   frame.magnification = 1.25;

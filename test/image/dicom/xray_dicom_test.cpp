@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -153,12 +154,28 @@ TEST_F(XrayDicomTest, OtherThingsInUnusedBitsAreLeftOut) {
   expectPixels(XrayDicomFile(path("dirty.dcm")), run(1));
 }
 
+TEST(StoredBitsTest, AValueIsCutOutOfItsPixel) {
+  const auto value = [](const dicom::StoredBits& bits, std::uint16_t pixel) {
+    std::array<char, 2> bytes{};
+    std::memcpy(bytes.data(), &pixel, sizeof pixel);
+    return bits.value(bytes.data());
+  };
+  EXPECT_EQ(value({2, 12, 0, false}, 0xF123), 0x123);
+  EXPECT_EQ(value({2, 12, 4, false}, 0x123F), 0x123);
+  EXPECT_EQ(value({2, 12, 0, true}, 0x0FFF), -1);
+  EXPECT_EQ(value({2, 12, 0, true}, 0x07FF), 0x7FF);
+  EXPECT_EQ(value({1, 8, 0, false}, 0xFF07), 7);
+}
+
 TEST_F(XrayDicomTest, SignedValuesAreCountedFromZero) {
-  writeXrayAngiogram(path("run.dcm"), run(1));
+  XrayAngiogram negative = run(1);
+  negative.frames.front().pixels[2] = 4095;  // As 12 bits with a sign: −1.
+  writeXrayAngiogram(path("run.dcm"), negative);
   rewrite(path("run.dcm"), path("signed.dcm"),
           [](gdcm::DataSet*, gdcm::Image* image) { image->GetPixelFormat().SetPixelRepresentation(1); });
   const XrayDicomFile file(path("signed.dcm"));
   EXPECT_EQ(file.frame(0, false).at(1, 0), 2048 + 3);
+  EXPECT_EQ(file.frame(0, false).at(2, 0), 2048 - 1);
   EXPECT_EQ(file.fullScale(), 4095);
   EXPECT_TRUE(file.isIntegral());
 }
@@ -208,7 +225,7 @@ TEST_F(XrayDicomTest, FilesThatAreNoXrayAreRefusedByName) {
     image->GetPixelFormat().SetSamplesPerPixel(3);
     image->SetPhotometricInterpretation(gdcm::PhotometricInterpretation::RGB);
   });
-  EXPECT_NE(saidOf(path("colour.dcm")).find("colour"), std::string::npos);
+  EXPECT_NE(saidOf(path("colour.dcm")).find("one number per pixel"), std::string::npos);
 }
 
 TEST_F(XrayDicomTest, ATruncatedFileIsRefused) {
