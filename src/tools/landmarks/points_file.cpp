@@ -32,6 +32,7 @@ std::vector<FilePoint> readTable(const std::string& path) {
   const bool has_pixels = table.has("u_px") || table.has("v_px");
   if (has_pixels) requireColumns(path, table, {"u_px", "v_px"});
   std::vector<FilePoint> points;
+  points.reserve(table.rows());
   for (std::size_t row = 0; row < table.rows(); ++row) {
     FilePoint point;
     point.name = table.text(row, "name");
