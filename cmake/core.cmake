@@ -45,7 +45,8 @@ xray_glob(image_sources image)
 xray_take_itk(image_itk_sources image_sources)
 file(GLOB opencv_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_frame.cpp
      ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*mask*.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*undistortion*.cpp
-     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*grid*.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_image_file.cpp)
+     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*grid*.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_image_file.cpp
+     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/landmarks/*.cpp)
 list(REMOVE_ITEM image_sources ${opencv_sources})
 xray_room(image SOURCES ${image_sources} ROOMS geometry LIBRARIES Eigen3::Eigen)
 
@@ -85,7 +86,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   find_path(GDCM_INCLUDE_DIR gdcmTrace.h HINTS ${ITK_INCLUDE_DIRS} PATH_SUFFIXES gdcm-3.0 gdcm-2.8 REQUIRED)
   xray_room(common_itk SOURCES ${common_itk_sources} ROOMS common LIBRARIES ${ITK_LIBRARIES} gdcmCommon)
   # CTs of DICOM files are read by it alone.
-  set(gdcm_libraries gdcmMSFF gdcmDSED gdcmCommon)
+  set(gdcm_libraries gdcmMSFF gdcmDSED gdcmDICT gdcmIOD gdcmCommon)
   xray_room(volume_itk SOURCES ${volume_itk_sources} ${reading_sources} ROOMS volume common_itk
             LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES} ${gdcm_libraries})
   xray_room(image_itk SOURCES ${image_itk_sources} ROOMS image common_itk LIBRARIES ${ITK_LIBRARIES})
@@ -94,7 +95,12 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   endforeach()
   xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image image_itk LIBRARIES Eigen3::Eigen ${OpenCV_LIBS})
   target_include_directories(xray_registration_image_opencv SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
-  list(APPEND core_rooms common_itk volume_itk image_itk image_opencv)
+  # X-rays in DICOM: the geometry, and GDCM in gdcm_*.cpp.
+  file(GLOB dicom_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image/dicom/*.cpp)
+  xray_room(image_dicom SOURCES ${dicom_sources} ROOMS image common_itk
+            LIBRARIES Eigen3::Eigen ${gdcm_libraries})
+  target_include_directories(xray_registration_image_dicom SYSTEM PRIVATE ${GDCM_INCLUDE_DIR})
+  list(APPEND core_rooms common_itk volume_itk image_itk image_opencv image_dicom)
 endif()
 
 # The core library: no ROS.

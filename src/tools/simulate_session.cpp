@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "tools/common/command_line.h"
 #include "tools/common/ct_options.h"
@@ -11,6 +12,7 @@
 #include "tools/common/progress_bar.h"
 #include "tools/common/session_generator.h"
 #include "tools/common/session_messages.h"
+#include "tools/simulate_session/dicom_output.h"
 #include "xray_registration/ros/bag_session.h"
 #include "xray_registration/volume/volume_io.h"
 
@@ -22,6 +24,7 @@ using namespace xray_registration::tools;
 struct Arguments {
   CtSource ct;
   std::string output;
+  std::string dicom;
   std::string json;
   std::string views = "ap:0";
   std::size_t frames = 40;
@@ -41,8 +44,11 @@ void addOptions(CLI::App& app, Arguments& arguments) {
       ->excludes(ct);
   addCtReadOptions(app, &arguments.ct.read);
   app.add_option("--spacing", arguments.ct.spacing_mm, "voxels of the phantom, mm")->capture_default_str();
-  app.add_option("--output", arguments.output, "the bag to write")->required();
-  app.add_option("--json", arguments.json, "the true poses; default: beside the bag, with .json for .bag");
+  app.add_option("--output", arguments.output, "the bag to write");
+  app.add_option("--dicom", arguments.dicom,
+                 "a folder for the X-rays as a C-arm stores them: <view>.dcm, XA, multi-frame; with or without a bag");
+  app.add_option("--json", arguments.json,
+                 "the true poses; default: beside the bag, with .json for .bag, else session.json in --dicom");
   app.add_option("--views", arguments.views, "NAME:DEGREES,…; 0 is antero-posterior, 90 lateral")
       ->capture_default_str();
   app.add_option("--frames", arguments.frames, "number of frames")->check(CLI::Range(1, 100000))->capture_default_str();
@@ -97,6 +103,7 @@ void addSetupOptions(CLI::App& app, SessionSetup& setup) {
 
 std::string jsonPath(const Arguments& arguments) {
   if (!arguments.json.empty()) return arguments.json;
+  if (arguments.output.empty()) return std::filesystem::path(arguments.dicom) / "session.json";
   return std::filesystem::path(arguments.output).replace_extension(".json");
 }
 
@@ -105,9 +112,16 @@ double frameTime(const Arguments& arguments, std::size_t frame) {
   return std::round(1e6 * static_cast<double>(frame) / arguments.rate_hz) / 1e6;
 }
 
-nlohmann::json writeFrames(const Arguments& arguments, const SessionGenerator& generator, BagSessionWriter* bag) {
+/// Where the frames go; either may be missing.
+struct Outputs {
+  std::optional<BagSessionWriter> bag;
+  std::optional<DicomOutput> dicom;
+};
+
+nlohmann::json writeFrames(const Arguments& arguments, const SessionGenerator& generator, Outputs* outputs) {
   const auto views = bagViews(generator);
-  bag->writeViews(views, ros::Time(arguments.first_stamp_s));
+  auto& bag = outputs->bag;
+  if (bag) bag->writeViews(views, ros::Time(arguments.first_stamp_s));
   nlohmann::json frames = nlohmann::json::array();
   ProgressBar progress("rendering", arguments.frames);
   for (std::size_t i = 0; i < arguments.frames; ++i) {
@@ -116,15 +130,19 @@ nlohmann::json writeFrames(const Arguments& arguments, const SessionGenerator& g
     nlohmann::json frame = {{"stamp", stamp.toSec()}};
     for (std::size_t v = 0; v < views.size(); ++v) {
       const RigidTransform T_camera_ct = generator.cameraFromCt(v, time_s);
-      const auto image = imageMessage(generator.xray(v, i, time_s), views[v].frame_id, stamp);
-      bag->writeImage(views[v], image, cameraInfoMessage(generator.camera(), views[v].frame_id, stamp));
-      bag->writeGroundTruth(views[v], stamp, T_camera_ct);
+      const Image<std::uint16_t> xray = generator.xray(v, i, time_s);
+      if (bag) {
+        const auto image = imageMessage(xray, views[v].frame_id, stamp);
+        bag->writeImage(views[v], image, cameraInfoMessage(generator.camera(), views[v].frame_id, stamp));
+        bag->writeGroundTruth(views[v], stamp, T_camera_ct);
+      }
+      if (outputs->dicom) outputs->dicom->add(v, xray);
       nlohmann::json& view = frame["views"][views[v].name];
       view = {{"T_camera_ct", toJson(T_camera_ct)}};
       const auto& bodies = generator.setup().bodies.bodies;
       for (std::size_t b = 0; b < bodies.size(); ++b) {
         const RigidTransform T_camera_body = generator.cameraFromBody(v, b, time_s);
-        bag->writeBodyGroundTruth(views[v], stamp, bodies[b].name, T_camera_body);
+        if (bag) bag->writeBodyGroundTruth(views[v], stamp, bodies[b].name, T_camera_body);
         view["bodies"][bodies[b].name] = toJson(T_camera_body);
       }
     }
@@ -166,18 +184,24 @@ void describeBodies(const Arguments& arguments, const SessionGenerator& generato
 }
 
 void run(const Arguments& arguments) {
-  requireWritableParent(arguments.output, "--output");
-  requireWritableParent(jsonPath(arguments), "--json");
-  if (std::filesystem::path(arguments.output).extension() != ".bag") {
-    throw ArgumentError("--output " + arguments.output + ": must end in .bag");
+  if (arguments.output.empty() && arguments.dicom.empty()) throw ArgumentError("--output is required, or --dicom");
+  if (!arguments.output.empty()) {
+    requireWritableParent(arguments.output, "--output");
+    if (std::filesystem::path(arguments.output).extension() != ".bag") {
+      throw ArgumentError("--output " + arguments.output + ": must end in .bag");
+    }
   }
+  if (!arguments.json.empty() || !arguments.output.empty()) requireWritableParent(jsonPath(arguments), "--json");
   SessionSetup setup = arguments.setup;
   const LabelledCt labelled = loadLabelledCt(arguments, &setup.bodies);
   const Volume& ct = labelled.ct;
   const SessionGenerator generator(ct, setup, labelled.labels);
-  BagSessionWriter bag(arguments.output);
-  const nlohmann::json frames = writeFrames(arguments, generator, &bag);
-  bag.close();
+  Outputs outputs;
+  if (!arguments.output.empty()) outputs.bag.emplace(arguments.output);
+  if (!arguments.dicom.empty()) outputs.dicom.emplace(arguments.dicom, generator, 1.0 / arguments.rate_hz);
+  const nlohmann::json frames = writeFrames(arguments, generator, &outputs);
+  if (outputs.bag) outputs.bag->close();
+  if (outputs.dicom) outputs.dicom->write();
   nlohmann::json description = {
       {"ct", std::filesystem::path(ct.name).filename().string()},
       {"centre_lps_mm", toJsonList(generator.centreCt())},

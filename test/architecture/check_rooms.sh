@@ -49,6 +49,10 @@ done
 if grep -rlE '#include [<"]itk[A-Z]' "$root/src" "$root/include" | grep -vE 'src/(common|volume|image)/itk_[a-z_]*\.cpp$'; then
   echo "ITK is for itk_*.cpp in src/common, src/volume and src/image only"; status=1
 fi
+if grep -rlE '#include [<"]gdcm[A-Z]' "$root/src" "$root/include" |
+    grep -vE 'src/(image/dicom/gdcm_[a-z_]*|(common|volume|image)/itk_[a-z_]*)\.cpp$'; then
+  echo "GDCM is for gdcm_*.cpp in src/image/dicom and itk_*.cpp only"; status=1
+fi
 # OpenCL stays in drr: the rooms above know its engines and never their device, nor do its headers for them.
 opencl='#include [<"](CL/|xray_registration/drr/opencl/)|\<cl::|\<cl_[a-z0-9]+\>'
 public=$root/include/xray_registration

@@ -92,7 +92,7 @@ std::size_t lineCount(const std::string& text) {
 
 TEST_F(ExecutablesTest, HelpIsNoError) {
   for (const char* tool : {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor",
-                           "compare_poses", "calibrate", "inspect_ct"}) {
+                           "compare_poses", "calibrate", "inspect_ct", "dicom_to_bag", "landmarks"}) {
     const Outcome outcome = tools().run(std::string(tool) + " --help");
     EXPECT_EQ(outcome.code, 0) << tool;
     EXPECT_NE(outcome.out.find("--help"), std::string::npos) << tool;
@@ -128,6 +128,7 @@ TEST_F(ExecutablesTest, FailuresHaveACodeAndOneClearLine) {
       {"make_phantom --phantom head --spacing 8 --output a.docx", 1, "a.docx"},
       {"simulate_session --phantom head --output a.json", 2, ".bag"},
       {"simulate_session --output a.bag", 2, "phantom"},
+      {"simulate_session --phantom head", 2, "--output is required, or --dicom"},
       {"simulate_session --phantom head --frames 0 --output a.bag", 2, "--frames"},
       {"simulate_session --phantom head --views ap --output a.bag", 2, "NAME:DEGREES"},
       {"simulate_session --ct head.nii.gz --size 3 --output a.bag", 2, "image size"},
