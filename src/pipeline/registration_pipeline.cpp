@@ -226,6 +226,16 @@ TrackingState RegistrationPipeline::state() const {
   return body_.tracker.state();
 }
 
+void RegistrationPipeline::noteUnusable() {
+  body_.tracker.noteUnusable();
+  for (RegisteredBody& body : own_) body.tracker.noteUnusable();
+}
+
+void RegistrationPipeline::loseTrack() {
+  body_.tracker.loseTrack();
+  for (RegisteredBody& body : own_) body.tracker.loseTrack();
+}
+
 FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> views,
                                            const std::optional<RigidTransform>& T_camera_now_camera_last) {
   const Stopwatch watch;

@@ -12,6 +12,7 @@
 #include "live_parameters.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/node_parameters.h"
+#include "xray_registration/ros/result_transforms.h"
 
 namespace xray_registration {
 
@@ -79,6 +80,8 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
       worker_(std::make_unique<RegistrationWorker>(parameters_, &publishers_, &transforms_, &statistics_, rosLogger())),
       synchroniser_(synchroniserOptions(parameters_),
                     [this](FrameMessages frame) { worker_->offer(std::move(frame)); }),
+      gate_(parameters_.viewNames().size(), parameters_.stamps, ros::Time::isSimTime(),
+            parameters_.health.hold_timeout_s > 0.0),
       clock_(ros::Time::isSimTime()),
       registrar_options_(parameters_.registrar),
       tracker_options_(parameters_.tracker) {
@@ -129,18 +132,32 @@ void RegistrationNode::subscribe() {
           synchroniser_.addInfo(i, info);
         }));
     image_subscribers_.push_back(transport.subscribe(
-        image_topic, kQueueSize,
-        [this, i](const sensor_msgs::ImageConstPtr& image) {
-          followClock();
-          synchroniser_.addImage(i, image, ViewSynchroniser::Clock::now());
-        },
+        image_topic, kQueueSize, [this, i](const sensor_msgs::ImageConstPtr& image) { takeImage(i, image); },
         ros::VoidPtr(), hints));
   }
+}
+
+void RegistrationNode::takeImage(std::size_t view, const sensor_msgs::ImageConstPtr& image) {
+  followClock();
+  const ImageGate::Clock::time_point arrived = ImageGate::Clock::now();
+  const ImageGate::Judgement judgement = gate_.judge(view, *image, ros::Time::now(), arrived);
+  if (!judgement.stamp.problem.empty()) {
+    const std::string name = view == 0 ? "" : "view '" + parameters_.views[view] + "': ";
+    return worker_->refuseImage(image->header, name + judgement.stamp.problem);
+  }
+  // What the first view's stamps do says what the stream does; a further view is taken beside it or not at all.
+  if (view == 0 && judgement.stamp.verdict == StampVerdict::kRecordingAgain) {
+    worker_->restart("the images' stamps went back");
+  } else if (view == 0 && judgement.stamp.verdict == StampVerdict::kClockSet) {
+    worker_->stampsWereSet();
+  }
+  synchroniser_.addImage(view, image, arrived, judgement.held_for_s);
 }
 
 void RegistrationNode::followClock() {
   if (!clock_.wentBack(sinceZero(ros::Time::now()))) return;
   worker_->restart("the clock went back");
+  gate_.forget();
   synchroniser_.clear();
   resubscribe_ = true;
 }
@@ -206,7 +223,11 @@ bool RegistrationNode::calibrate(Calibrate::Request& /*request*/, Calibrate::Res
 RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose,
                                                       const std::string& body) {
   if (const std::string problem = nameProblem(body, parameters_.bodies); !problem.empty()) return {false, problem};
-  if (header.frame_id.empty()) return {false, "header.frame_id is empty; name the frame that the pose is in"};
+  const std::string frame = tfFrame(header.frame_id);
+  if (frame.empty()) return {false, "header.frame_id is empty; name the frame that the pose is in"};
+  if (const std::string problem = startFrameProblem(frame, parameters_.frames, parameters_.bodies); !problem.empty()) {
+    return {false, problem};
+  }
   RigidTransform T_frame_ct;
   try {
     T_frame_ct = fromPose(pose, "the initial pose");
@@ -216,9 +237,9 @@ RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& he
   const std::string camera_frame = worker_->cameraFrame();
   if (!camera_frame.empty()) {
     std::string why;
-    if (!transforms_.lookup(camera_frame, header.frame_id, ros::Time(), 0.5, &why)) return {false, why};
+    if (!transforms_.lookup(camera_frame, frame, ros::Time(), 0.5, &why)) return {false, why};
   }
-  worker_->setPose(T_frame_ct, header.frame_id, body);
+  worker_->setPose(T_frame_ct, frame, body);
   return {true, camera_frame.empty() ? "taken; it is used when the first image comes" : "taken"};
 }
 
@@ -231,6 +252,7 @@ bool RegistrationNode::setInitialPose(SetInitialPose::Request& request, SetIniti
 
 bool RegistrationNode::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
   worker_->restart("~reset");
+  gate_.forget();
   response.success = 1;
   return true;
 }

@@ -35,7 +35,12 @@ TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   EXPECT_EQ(file.image.find.metal, code.image.find.metal);
   EXPECT_EQ(file.frames.ct, code.frames.ct);
   EXPECT_EQ(file.frames.tf_timeout_s, code.frames.tf_timeout_s);
+  EXPECT_EQ(file.frames.allow_change, code.frames.allow_change);
   EXPECT_EQ(file.sync.tolerance_s, code.sync.tolerance_s);
+  EXPECT_EQ(file.stamps.max_ahead_s, code.stamps.max_ahead_s);
+  EXPECT_EQ(file.stamps.max_jump_s, code.stamps.max_jump_s);
+  EXPECT_EQ(file.stamps.frames_until_new, code.stamps.frames_until_new);
+  EXPECT_EQ(file.health.hold_timeout_s, code.health.hold_timeout_s);
   EXPECT_EQ(file.sync.patience_s, code.sync.patience_s);
   EXPECT_EQ(numbersOf(toConfig(file.registrar.accept)), numbersOf(toConfig(code.registrar.accept)));
   EXPECT_EQ(numbersOf(toConfig(file.registrar)), numbersOf(toConfig(code.registrar)));

@@ -24,6 +24,7 @@
 #include "xray_registration/TrackingConfig.h"
 #include "xray_registration/pipeline/clock_watch.h"
 #include "xray_registration/pipeline/parameters.h"
+#include "xray_registration/ros/image_gate.h"
 #include "xray_registration/ros/registration_worker.h"
 #include "xray_registration/ros/view_synchroniser.h"
 
@@ -52,6 +53,7 @@ class RegistrationNode {
  private:
   // On the image thread.
   void subscribe();
+  void takeImage(std::size_t view, const sensor_msgs::ImageConstPtr& image);
   void watch();
   void followClock();
 
@@ -81,6 +83,7 @@ class RegistrationNode {
   Transforms transforms_;
   std::unique_ptr<RegistrationWorker> worker_;
   ViewSynchroniser synchroniser_;
+  ImageGate gate_;
 
   std::vector<image_transport::Subscriber> image_subscribers_;
   std::vector<ros::Subscriber> info_subscribers_;

@@ -14,7 +14,6 @@
 #include "xray_registration/pipeline/initial_pose_scope.h"
 #include "xray_registration/pipeline/node_statistics.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
-#include "xray_registration/pipeline/stamp_order.h"
 #include "xray_registration/ros/pose_requests.h"
 #include "xray_registration/ros/publishers.h"
 #include "xray_registration/ros/transforms.h"
@@ -40,6 +39,12 @@ class RegistrationWorker {
   /// Takes a frame, or answers it at once when it cannot be looked at (switched off, CT being loaded). A frame that
   /// this one replaces is answered as dropped.
   void offer(FrameMessages frame);
+
+  /// Answers an image that cannot become part of a frame.
+  void refuseImage(const std_msgs::Header& header, const std::string& reason);
+
+  /// The images' stamps go on elsewhere: tf starts again with them, the pose is kept.
+  void stampsWereSet();
 
   /// Answered at once, without success, while another one is being loaded. Broken when the worker stops before it is
   /// done.
@@ -82,9 +87,16 @@ class RegistrationWorker {
   void updateStatistics();
 
   void handle(const FrameMessages& frame);
-  std::string stampProblem(const std_msgs::Header& header);
+  void refuseUnusable(const std_msgs::Header& header, const std::string& reason);
+  std::string heldProblem(const FrameMessages& frame) const;
+  void noteHeld(const FrameMessages& frame, const std::string& problem);
+  void loseTrack(const std::string& why);
+  std::string takeCameraFrame(const ViewMessage& first);
+  void bindCameraFrame(const std::string& frame);
+  void forgetCameraFrame();
   std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
   std::string resolvePose(const std_msgs::Header& header);
+  bool canRegister(const std_msgs::Header& header) const;
   std::string findCamera(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
   void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, const FrameOutcome& outcome);
@@ -106,7 +118,8 @@ class RegistrationWorker {
   std::atomic<bool> calibrating_{false};
   std::atomic<bool> stopping_{false};
   mutable std::mutex camera_frame_mutex_;
-  std::string camera_frame_;
+  std::string camera_frame_;  ///< Of the newest image of the first view.
+  std::string bound_frame_;   ///< Below which results stand in tf; empty: none do.
 
   // The worker thread's own.
   RegistrationPipeline pipeline_;
@@ -114,7 +127,6 @@ class RegistrationWorker {
   bool register_requested_ = false;
   InitialPoseScope initial_pose_scope_;
   bool initial_pose_applies_ = true;
-  StampOrder stamps_;
   CalibrationFrames calibration_frames_;
   FrameMessages last_to_calibrate_;               ///< The newest of them.
   std::optional<RigidTransform> T_fixed_camera_;  ///< Of the frame at hand; the identity without frames/fixed.
