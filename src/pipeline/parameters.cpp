@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <regex>
+#include <sstream>
 
 #include "pipeline/body_parser.h"
 #include "pipeline/parameter_group.h"
@@ -87,6 +88,12 @@ void readStamps(const YAML::Node& tree, StampParameters* stamps) {
 void readHealth(const YAML::Node& tree, HealthParameters* health) {
   ParameterGroup group(tree, "health");
   group.number("hold_timeout", 0.0, 3600.0, &health->hold_timeout_s);
+  group.number("image_age_warn", 0.01, 1e6, &health->image_age_warn_s);
+  group.number("image_age_error", 0.01, 1e6, &health->image_age_error_s);
+  group.number("pose_age_warn", 0.01, 1e6, &health->pose_age_warn_s);
+  group.number("pose_age_error", 0.01, 1e6, &health->pose_age_error_s);
+  group.number("min_rate", 0.0, 1000.0, &health->min_rate_hz);
+  group.number("max_dropped", 0.0, 1.0, &health->max_dropped);
   group.refuseUnknown();
 }
 
@@ -262,7 +269,21 @@ NodeParameters loadParametersYaml(const std::string& path, const Logger& logger)
   }
 }
 
+namespace {
+
+void checkOrder(const std::string& name, double warn_s, double error_s) {
+  if (warn_s <= error_s) return;
+  std::ostringstream message;
+  message << "parameter health/" << name << "_warn is '" << warn_s << "'; allowed: no more than health/" << name
+          << "_error, which is '" << error_s << "'";
+  throw ParameterError(message.str());
+}
+
+}  // namespace
+
 void validate(const NodeParameters& parameters) {
+  checkOrder("image_age", parameters.health.image_age_warn_s, parameters.health.image_age_error_s);
+  checkOrder("pose_age", parameters.health.pose_age_warn_s, parameters.health.pose_age_error_s);
   const auto check_frame = [](const char* name, const std::string& frame) {
     if (!frame.empty() && (frame.front() == '/' || frame.find(' ') != std::string::npos)) {
       throw ParameterError(std::string("parameter ") + name + " is '" + frame +

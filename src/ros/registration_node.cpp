@@ -4,6 +4,7 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <image_transport/camera_common.h>
 #include <ros/console.h>
+#include <ros/master.h>
 
 #include <boost/make_shared.hpp>
 #include <chrono>
@@ -91,19 +92,25 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
   diagnostics_->add("registration", [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
   serveTuning();
   advertiseServices();
+  nameInputs();
   subscribe();
   watch_timer_ =
       image_node_.createWallTimer(ros::WallDuration(kWatchPeriod), [this](const ros::WallTimerEvent&) { watch(); });
-  diagnostics_timer_ = service_node_.createWallTimer(
-      ros::WallDuration(kDiagnosticsPeriod), [this](const ros::WallTimerEvent&) { diagnostics_->force_update(); });
+  diagnostics_timer_ =
+      service_node_.createWallTimer(ros::WallDuration(kDiagnosticsPeriod), [this](const ros::WallTimerEvent&) {
+        diagnostics_->force_update();
+        help();
+      });
   image_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &image_queue_);
   // Two: one ~load_ct at a time waits for the worker, and the others must be answered meanwhile.
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(2, &service_queue_);
   image_spinner_->start();
   service_spinner_->start();
+  master_watch_ = std::make_unique<MasterWatch>(rosLogger());
 }
 
 RegistrationNode::~RegistrationNode() {
+  master_watch_.reset();
   watch_timer_.stop();
   diagnostics_timer_.stop();
   image_spinner_->stop();
@@ -115,29 +122,37 @@ RegistrationNode::~RegistrationNode() {
   service_spinner_->stop();
 }
 
+void RegistrationNode::nameInputs() {
+  for (const std::string& view : parameters_.viewNames()) {
+    Input& input = inputs_.emplace_back();
+    // The CameraInfo stands beside the image, wherever that was remapped to.
+    input.image_topic = image_node_.resolveName(view.empty() ? "image_raw" : view + "/image_raw");
+    input.info_topic = image_transport::getCameraInfoTopic(input.image_topic);
+    ROS_INFO_STREAM("X-rays are taken from " << input.image_topic << ", their geometry from " << input.info_topic);
+  }
+}
+
 void RegistrationNode::subscribe() {
   image_subscribers_.clear();
   info_subscribers_.clear();
   image_transport::ImageTransport transport(image_node_);
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(),
                                               private_node_);
-  const std::vector<std::string> views = parameters_.viewNames();
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    // The CameraInfo stands beside the image, wherever that was remapped to.
-    const std::string image_topic = image_node_.resolveName(views[i].empty() ? "image_raw" : views[i] + "/image_raw");
-    const std::string info_topic = image_transport::getCameraInfoTopic(image_topic);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
     info_subscribers_.push_back(image_node_.subscribe<sensor_msgs::CameraInfo>(
-        info_topic, kInfoQueueSize, [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
+        inputs_[i].info_topic, kInfoQueueSize, [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
+          ++inputs_[i].infos;
           followClock();
           synchroniser_.addInfo(i, info);
         }));
     image_subscribers_.push_back(transport.subscribe(
-        image_topic, kQueueSize, [this, i](const sensor_msgs::ImageConstPtr& image) { takeImage(i, image); },
+        inputs_[i].image_topic, kQueueSize, [this, i](const sensor_msgs::ImageConstPtr& image) { takeImage(i, image); },
         ros::VoidPtr(), hints));
   }
 }
 
 void RegistrationNode::takeImage(std::size_t view, const sensor_msgs::ImageConstPtr& image) {
+  ++inputs_[view].images;
   followClock();
   const ImageGate::Clock::time_point arrived = ImageGate::Clock::now();
   const ImageGate::Judgement judgement = gate_.judge(view, *image, ros::Time::now(), arrived);
@@ -170,6 +185,10 @@ void RegistrationNode::watch() {
     subscribe();
   }
   synchroniser_.expire(ViewSynchroniser::Clock::now());
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    inputs_[i].image_publishers = static_cast<int>(image_subscribers_[i].getNumPublishers());
+  }
+  worker_->watch();
 }
 
 void RegistrationNode::advertiseServices() {
@@ -190,9 +209,7 @@ void RegistrationNode::subscribePose(const std::string& topic, const ros::NodeHa
   pose_subscribers_.push_back(handle.subscribe<geometry_msgs::PoseWithCovarianceStamped>(
       topic, 1, [this, topic, body](const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
         const RegistrationWorker::Answer answer = takePose(message->header, message->pose.pose, body);
-        if (answer.success) return;
-        ROS_ERROR_STREAM(topic << ": " << answer.message);
-        statistics_.setError(topic + ": " + answer.message);
+        if (!answer.success) say(topic + ": " + answer.message);
       }));
 }
 
@@ -272,14 +289,23 @@ bool RegistrationNode::setEnabled(std_srvs::SetBool::Request& request, std_srvs:
   return true;
 }
 
+void RegistrationNode::say(const std::string& error) {
+  ROS_ERROR_STREAM(error);
+  statistics_.setError(error);
+}
+
 void RegistrationNode::serveTuning() {
   const auto serve = [this](auto* server, const char* group, const auto& start, auto* options) {
     using Server = typename std::remove_reference_t<decltype(**server)>;
     *server = std::make_unique<Server>(tuning_mutex_, ros::NodeHandle(private_node_, group));
     (*server)->setConfigDefault(start);
     (*server)->updateConfig(start);
-    (*server)->setCallback([this, options](auto& config, std::uint32_t level) {
+    (*server)->setCallback([this, options, group](auto& config, std::uint32_t level) {
       const boost::recursive_mutex::scoped_lock lock(tuning_mutex_);
+      if (const std::string problem = problemOf(config); !problem.empty()) {
+        config = toConfig(*options);  // All of the request is refused, and the answer holds what stays.
+        return say("~" + std::string(group) + "/set_parameters: " + problem + "; nothing was changed");
+      }
       apply(config, options);
       // The first call only repeats what was loaded.
       if (level != ~0U) worker_->setTuning(registrar_options_, tracker_options_);
@@ -288,6 +314,35 @@ void RegistrationNode::serveTuning() {
   serve(&accept_server_, "accept", toConfig(registrar_options_.accept), &registrar_options_.accept);
   serve(&solver_server_, "solver", toConfig(registrar_options_), &registrar_options_);
   serve(&tracking_server_, "tracking", toConfig(tracker_options_), &tracker_options_);
+}
+
+namespace {
+
+/// Topics with images on them that others publish.
+std::vector<std::string> imageTopics(const std::string& own_prefix) {
+  ros::master::V_TopicInfo topics;
+  ros::master::getTopics(topics);
+  std::vector<std::string> names;
+  for (const ros::master::TopicInfo& topic : topics) {
+    const bool is_own = topic.name.compare(0, own_prefix.size(), own_prefix) == 0;
+    if (topic.datatype == "sensor_msgs/Image" && !is_own) names.push_back(topic.name);
+  }
+  return names;
+}
+
+}  // namespace
+
+void RegistrationNode::help() {
+  ConsoleFacts facts;
+  for (const Input& input : inputs_) {
+    facts.inputs.push_back({input.image_topic, input.info_topic, input.image_publishers, input.images, input.infos});
+  }
+  facts.state = statistics_.snapshot().state;
+  facts.waits_for_clock = ros::Time::isSimTime() && ros::Time::now().isZero();
+  facts.initialpose_topic = service_node_.resolveName("initialpose");
+  facts.set_initial_pose_service = private_node_.resolveName("set_initial_pose");
+  const auto topics = [this] { return imageTopics(private_node_.getNamespace() + "/"); };
+  for (const std::string& line : console_help_.advise(facts, ConsoleHelp::Clock::now(), topics)) ROS_WARN_STREAM(line);
 }
 
 namespace {
@@ -308,6 +363,14 @@ void addSuspicions(const std::vector<SetupSuspicion>& suspicions, double limit_m
   }
 }
 
+void addAge(const char* name, const std::optional<double>& age_s, diagnostic_updater::DiagnosticStatusWrapper* status) {
+  if (age_s) {
+    status->addf(name, "%.1f", *age_s);
+  } else {
+    status->add(name, "none yet");
+  }
+}
+
 /// What became of each body, and a warning that names those that were refused.
 void addBodies(const std::vector<NodeStatistics::Body>& bodies, diagnostic_updater::DiagnosticStatusWrapper* status) {
   std::string refused;
@@ -323,22 +386,18 @@ void addBodies(const std::vector<NodeStatistics::Body>& bodies, diagnostic_updat
 void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const {
   const NodeStatistics::Snapshot values = statistics_.snapshot();
   using Level = diagnostic_msgs::DiagnosticStatus;
-  switch (values.state) {
-    case TrackingState::kTracking:
-      status.summary(Level::OK, toString(values.state));
-      break;
-    case TrackingState::kFault:
-      status.summary(Level::ERROR, std::string("FAULT: ") + values.last_error);
-      break;
-    default:
-      status.summary(Level::WARN, toString(values.state));
-  }
+  const HealthReport health = assessHealth(values, parameters_.health, parameters_.mode == Mode::kTrack);
+  status.summary(static_cast<unsigned char>(health.level), health.summary);
   if (!worker_->enabled()) status.mergeSummary(Level::WARN, "switched off (~set_enabled)");
   status.add("state", toString(values.state));
   status.add("device", values.device);
   status.add("device bytes", values.device_bytes);
   status.add("CT", values.ct);
   status.addf("rate (frames/s)", "%.1f", values.rate_hz);
+  status.addf("rate received (frames/s)", "%.1f", values.received_hz);
+  status.addf("dropped (%)", "%.0f", 100.0 * values.dropped_share);
+  addAge("age of the last image (s)", values.image_age_s, &status);
+  addAge("age of the last accepted pose (s)", values.pose_age_s, &status);
   status.addf("latency, mean (ms)", "%.1f", values.latency_s * 1e3);
   status.addf("latency, largest (ms)", "%.1f", values.max_latency_s * 1e3);
   status.addf("solve, mean (ms)", "%.1f", values.solve_ms);

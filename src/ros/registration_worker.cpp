@@ -358,6 +358,25 @@ void RegistrationWorker::refuseUnusable(const std_msgs::Header& header, const st
   refuse(header, reason);
 }
 
+void RegistrationWorker::watch() {
+  if (watching_.exchange(true)) return;
+  mailbox_.post([this] {
+    watching_ = false;
+    watchNow();
+  });
+}
+
+void RegistrationWorker::watchNow() {
+  if (parameters_.mode != Mode::kTrack || pipeline_.state() != TrackingState::kTracking) return;
+  const double since_s = std::chrono::duration<double>(Clock::now() - last_looked_at_).count();
+  if (since_s <= parameters_.health.pose_age_error_s) return;
+  const NodeStatistics::Snapshot values = statistics_->snapshot();
+  const bool silent = values.image_age_s.value_or(values.uptime_s) >= since_s;
+  char text[96];
+  std::snprintf(text, sizeof text, "no X-ray could be registered for %.1f s: ", since_s);
+  loseTrack(text + (silent ? "no image came" : values.last_refusal));
+}
+
 void RegistrationWorker::loseTrack(const std::string& why) {
   if (pipeline_.state() != TrackingState::kTracking) return;
   pipeline_.loseTrack();
@@ -507,6 +526,7 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
   const RegistrationResult& result = outcome.result;
   if (outcome.registered) {
     register_requested_ = false;
+    last_looked_at_ = Clock::now();
     statistics_->frameRegistered();
     statistics_->setSuspicions(result.suspicions);
   }

@@ -187,6 +187,7 @@ void run(const Arguments& arguments) {
   if (!arguments.json.empty()) writeJson(arguments.json, resultsJson(start, pipeline.centreCt(), records));
   if (motion) motion->write(arguments.csv, tableFrames(records));
   printSummary(records);
+  requireSomeAccepted(records);
 }
 
 void addOptions(CLI::App& app, Arguments& arguments) {

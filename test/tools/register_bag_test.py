@@ -140,7 +140,9 @@ class Simulated(BodiesTest):
             config = file.read()
         with open(self.work('strict.yaml'), 'w') as file:
             file.write(config + 'accept: {min_similarity: 0.9999, min_similarity_one_view: 0.9999}\n')
-        output, _ = self.register_session('session', 'strict', config='strict')
+        output, error = self.register_session('session', 'strict', config='strict', expect=1)
+        for word in ('no frame was accepted', '--overlay', '--initial-pose', 'image/kind'):
+            self.assertIn(word, error)
         self.assertIn('hip_left: accepted 0 of 4; last refusal: the CT around it was not accepted: ', output)
         for frame in self.report('strict.json')['frames']:
             for body in frame['bodies'].values():

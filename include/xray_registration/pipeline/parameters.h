@@ -10,6 +10,7 @@
 #include "xray_registration/image/mask.h"
 #include "xray_registration/image/xray_frame.h"
 #include "xray_registration/pipeline/body_parameters.h"
+#include "xray_registration/pipeline/health.h"
 #include "xray_registration/pipeline/stamp_guard.h"
 #include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/registration/tracker.h"
@@ -72,11 +73,6 @@ struct SyncParameters {
   double tolerance_s = 0.02;        ///< Largest difference of stamps between the views of one frame.
   double patience_s = 0.25;         ///< How long a frame waits for a view or a CameraInfo, on the wall.
   bool allow_missing_view = false;  ///< Register with the views that are there.
-};
-
-/// health/…
-struct HealthParameters {
-  double hold_timeout_s = 2.0;  ///< Held for longer (the same pixels, new stamps), the CT is lost; 0: not looked at.
 };
 
 /// Everything that node, register_bag and evaluate can be told; one YAML file serves all of them. Defaults are the

@@ -143,6 +143,7 @@ class RegistrationPipeline {
  private:
   RegistrationPipeline(NodeParameters parameters, DeviceHost device, Logger logger);
   std::string reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome);
+  std::string startProblem(double stamp_s, const FrameOutcome& frame);
   void upload(std::vector<RegisteredBody> own);
   void closeOwn();
   void refuseBodies(const std::string& reason, RegistrationResult* result) const;

@@ -3,6 +3,7 @@
 #include <xray_registration/Calibrate.h>
 
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <memory>
 #include <optional>
@@ -68,6 +69,9 @@ class RegistrationWorker {
   bool enabled() const { return enabled_; }
   void setTuning(const RegistrarOptions& registrar, const TrackerOptions& tracker);
 
+  /// To be called every now and then: what nothing could be said of for too long is LOST.
+  void watch();
+
   /// Optical frame of the first view, once an image has come.
   std::string cameraFrame() const;
 
@@ -90,6 +94,7 @@ class RegistrationWorker {
   void refuseUnusable(const std_msgs::Header& header, const std::string& reason);
   std::string heldProblem(const FrameMessages& frame) const;
   void noteHeld(const FrameMessages& frame, const std::string& problem);
+  void watchNow();
   void loseTrack(const std::string& why);
   std::string takeCameraFrame(const ViewMessage& first);
   void bindCameraFrame(const std::string& frame);
@@ -116,6 +121,7 @@ class RegistrationWorker {
   std::atomic<bool> opening_{true};   ///< The device, at the start.
   std::atomic<bool> loading_{false};  ///< A CT, from the request on.
   std::atomic<bool> calibrating_{false};
+  std::atomic<bool> watching_{false};  ///< A look is waiting for the worker.
   std::atomic<bool> stopping_{false};
   mutable std::mutex camera_frame_mutex_;
   std::string camera_frame_;  ///< Of the newest image of the first view.
@@ -125,6 +131,7 @@ class RegistrationWorker {
   RegistrationPipeline pipeline_;
   PoseRequests pose_requests_;
   bool register_requested_ = false;
+  std::chrono::steady_clock::time_point last_looked_at_;  ///< When a frame last left the solver.
   InitialPoseScope initial_pose_scope_;
   bool initial_pose_applies_ = true;
   CalibrationFrames calibration_frames_;
