@@ -72,7 +72,8 @@ std::vector<std::string> ConsoleHelp::advise(const ConsoleFacts& facts, Clock::t
     const bool infos = input.infos > seen.infos;
     seen = {input.images, input.infos};
     some_images = some_images || images;
-    if (isDue("silent " + input.image_topic, !images, now)) advice.push_back(silence(input, image_topics));
+    const bool silent = !images && (facts.tracks || input.images == 0);
+    if (isDue("silent " + input.image_topic, silent, now)) advice.push_back(silence(input, image_topics));
     if (isDue("no info " + input.image_topic, images && !infos, now)) advice.push_back(noInfo(input));
     if (isDue("several " + input.image_topic, input.image_publishers > 1, now)) {
       advice.push_back(severalPublishers(input));

@@ -10,9 +10,9 @@
 namespace xray_registration {
 namespace {
 
-// Of 72 starts within 15 degrees and 25 mm in nine recorded views (head, pelvis, thorax, radius, ulna) a turn gained 0.22
-// at most; of 48 on head, pelvis and thorax that were turned 30 meet all three. What these do not tell apart is searched
-// around as ever.
+// Of 72 starts within 15 degrees and 25 mm in nine recorded views (head, pelvis, thorax, radius, ulna) a turn gained
+// 0.22 at most; of 48 on head, pelvis and thorax that were turned 30 meet all three. What these do not tell apart is
+// searched around as ever.
 constexpr double kUnlike = 0.5;
 constexpr double kAlike = 0.8;
 constexpr double kGain = 0.35;
@@ -27,7 +27,7 @@ constexpr double kLeastShare = 0.2;  // Of the pixels, to be compared.
 struct SmallXray {
   XrayCamera camera;
   FloatImage image;
-  MaskImage mask;
+  MaskImage mask;  ///< Empty: all may be used.
   int reach = 0;
 };
 
@@ -46,7 +46,7 @@ double correlation(const SmallXray& xray, const FloatImage& drr, int shift_u, in
   double n = 0.0, a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
   for (int v = std::max(0, shift_v); v < std::min(drr.height, drr.height + shift_v); ++v) {
     for (int u = std::max(0, shift_u); u < std::min(drr.width, drr.width + shift_u); ++u) {
-      if (xray.mask.at(u, v) == 0) continue;
+      if (!xray.mask.empty() && xray.mask.at(u, v) == 0) continue;
       const double p = xray.image.at(u, v);
       const double q = drr.at(u - shift_u, v - shift_v);
       n += 1.0;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calibration_answer.h"
+#include "held_views.h"
 #include "xray_registration/pipeline/frame_latency.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/result_transforms.h"
@@ -25,15 +26,6 @@ double latencyOf(const std_msgs::Header& header, Clock::time_point arrived) {
   const ros::Time now = ros::Time::now();
   const double since_arrival_s = std::chrono::duration<double>(Clock::now() - arrived).count();
   return frameLatency(!now.isZero() && !header.stamp.isZero(), now.toSec() - header.stamp.toSec(), since_arrival_s);
-}
-
-/// Why a view is of no use; empty for a new image.
-std::string heldProblem(const ViewMessage& view, const std::string& name) {
-  if (!view.held_for_s) return "";
-  char text[128];
-  std::snprintf(text, sizeof text, "the image is held: its pixels are those of the image %.1f s before",
-                *view.held_for_s);
-  return (name.empty() ? "" : "view '" + name + "': ") + text;
 }
 
 std::vector<NodeStatistics::Body> bodiesOf(const RegistrationStatus& message) {
@@ -384,19 +376,6 @@ void RegistrationWorker::loseTrack(const std::string& why) {
   log(logger_, LogLevel::kWarning, "LOST: " + why);
 }
 
-/// Why a frame is no new observation; empty when it is one, or is with the views that are not held.
-std::string RegistrationWorker::heldProblem(const FrameMessages& frame) const {
-  const std::vector<std::string> names = parameters_.viewNames();
-  std::string problem;
-  bool some_new = false;
-  for (std::size_t i = 0; i < frame.views.size(); ++i) {
-    const std::string held = xray_registration::heldProblem(frame.views[i], names[i]);
-    some_new = some_new || (held.empty() && frame.views[i].image);
-    if (!held.empty()) problem += (problem.empty() ? "" : "; ") + held;
-  }
-  return some_new && parameters_.sync.allow_missing_view ? "" : problem;
-}
-
 void RegistrationWorker::handle(const FrameMessages& frame) {
   std_msgs::Header header = frame.header;
   if (parameters_.mode == Mode::kOnDemand && !register_requested_) {
@@ -412,19 +391,17 @@ void RegistrationWorker::handle(const FrameMessages& frame) {
       !problem.empty()) {
     return refuseUnusable(header, problem);
   }
+  // Asked again: another frame may have been accepted since this one came.
+  if (const std::string problem = takeCameraFrame(frame.views.front()); !problem.empty())
+    return refuse(header, problem);
   const FrameOutcome outcome = registerFrame(frame, header);
   // A held image is only nothing new: it counts by the time for which it is held.
   if (!outcome.registered && heldProblem(frame).empty()) pipeline_.noteUnusable();
   publishOutcome(frame, header, outcome);
 }
 
-/// What was held for too long says nothing of where the CT is now.
-void RegistrationWorker::noteHeld(const FrameMessages& frame, const std::string& problem) {
-  if (std::any_of(frame.views.begin(), frame.views.end(), [this](const ViewMessage& view) {
-        return view.held_for_s && *view.held_for_s > parameters_.health.hold_timeout_s;
-      })) {
-    loseTrack(problem);
-  }
+std::string RegistrationWorker::heldProblem(const FrameMessages& frame) const {
+  return xray_registration::heldProblem(frame, parameters_.viewNames(), parameters_.sync.allow_missing_view);
 }
 
 std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, const std::string& camera_frame) const {
@@ -434,7 +411,7 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
     const ViewMessage& message = frame.views[i];
     RawView& view = views[i];
     view.name = names[i];
-    view.problem = message.problem.empty() ? xray_registration::heldProblem(message, "") : message.problem;
+    view.problem = message.problem.empty() ? xray_registration::heldProblem(message) : message.problem;
     if (!view.problem.empty()) continue;
     try {
       if (i > 0) {
@@ -486,7 +463,9 @@ FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const
   refused.result.reason = resolvePose(header);
   if (refused.result.reason.empty() && canRegister(header)) {
     refused.result.reason = heldProblem(frame);
-    if (!refused.result.reason.empty()) noteHeld(frame, refused.result.reason);
+    // What was held for too long says nothing of where the CT is now.
+    const bool held = !refused.result.reason.empty();
+    if (held && longestHeld(frame) > parameters_.health.hold_timeout_s) loseTrack(refused.result.reason);
   }
   if (refused.result.reason.empty()) refused.result.reason = findCamera(header);
   if (!refused.result.reason.empty()) return refused;

@@ -70,6 +70,14 @@ TEST(ConsoleHelp, SaysItAgainInAnotherEpisodeAfterAWhile) {
   EXPECT_EQ(console.pass(10, 0, 0).size(), 1U);
 }
 
+TEST(ConsoleHelp, OnDemandImagesMayPause) {
+  Console console;
+  console.facts.tracks = false;
+  EXPECT_EQ(console.pass(10, 0, 0).size(), 1U);  // None has come yet.
+  EXPECT_TRUE(console.pass(100, 1, 1).empty());
+  EXPECT_TRUE(console.pass(100, 0, 0).empty());
+}
+
 TEST(ConsoleHelp, MissesCameraInfo) {
   Console console;
   expectOne(console.pass(20, 15, 0), {"/image_raw", "no camera_info on /camera_info"});

@@ -10,10 +10,11 @@ namespace {
 
 const XrayCamera kCamera{96, 96, 300.0, 300.0, 47.5, 47.5};
 
-/// Spheres of different sizes that look different from every side.
+/// Spheres in three arms of different length and thickness: another shape from every side.
 FloatImage render(const XrayCamera& camera, const RigidTransform& T_camera_ct) {
   const std::vector<std::pair<Eigen::Vector3d, double>> spheres = {
-      {{0, 0, 0}, 40.0}, {{70, 0, 0}, 30.0}, {{0, 60, 20}, 22.0}, {{-20, -10, 80}, 26.0}, {{40, -60, -50}, 18.0}};
+      {{0, -90, 0}, 22.0}, {{0, -50, 0}, 22.0}, {{0, -10, 0}, 22.0}, {{0, 30, 0}, 22.0},
+      {{0, 70, 0}, 22.0},  {{45, 75, 0}, 18.0}, {{80, 75, 0}, 18.0}, {{0, -90, 50}, 14.0}};
   FloatImage image(camera.width, camera.height);
   for (const auto& [centre_mm, radius_mm] : spheres) {
     const Eigen::Vector3d point = T_camera_ct * centre_mm;
@@ -67,7 +68,7 @@ TEST(TurnedStart, NamesTheTurn) {
     const char* words;
   } cases[] = {{{0, 0, M_PI_2}, "turned by -90 degrees about the camera's z axis"},
                {{0, 0, -M_PI_2}, "turned by 90 degrees about the camera's z axis"},
-               {{M_PI, 0, 0}, "180 degrees about the camera's x axis"},
+               {{M_PI_2, 0, 0}, "turned by -90 degrees about the camera's x axis"},
                {{0, M_PI_2, 0}, "turned by -90 degrees about the camera's y axis"}};
   for (const auto& one : cases) {
     const std::string text = problem(off(one.turn, {8.0, -8.0, 10.0}));

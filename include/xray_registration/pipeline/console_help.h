@@ -25,6 +25,7 @@ struct InputFacts {
 struct ConsoleFacts {
   std::vector<InputFacts> inputs;
   TrackingState state = TrackingState::kWaitingForCt;
+  bool tracks = true;            ///< Images are to come all the time (mode track).
   bool waits_for_clock = false;  ///< Simulated time is set, and has not begun.
   std::string initialpose_topic;
   std::string set_initial_pose_service;

@@ -93,7 +93,6 @@ class RegistrationWorker {
   void handle(const FrameMessages& frame);
   void refuseUnusable(const std_msgs::Header& header, const std::string& reason);
   std::string heldProblem(const FrameMessages& frame) const;
-  void noteHeld(const FrameMessages& frame, const std::string& problem);
   void watchNow();
   void loseTrack(const std::string& why);
   std::string takeCameraFrame(const ViewMessage& first);
