@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <regex>
+#include <sstream>
 
 #include "pipeline/body_parser.h"
 #include "pipeline/parameter_group.h"
@@ -84,6 +85,7 @@ void readFrames(const YAML::Node& tree, FrameParameters* frames) {
   group.words("ct", &frames->ct);
   group.words("fixed", &frames->fixed);
   group.number("tf_timeout", 0.0, 5.0, &frames->tf_timeout_s);
+  group.flag("allow_change", &frames->allow_change);
   group.refuseUnknown();
 }
 
@@ -92,6 +94,26 @@ void readSync(const YAML::Node& tree, SyncParameters* sync) {
   group.number("tolerance", 0.0, 10.0, &sync->tolerance_s);
   group.number("patience", 0.01, 10.0, &sync->patience_s);
   group.flag("allow_missing_view", &sync->allow_missing_view);
+  group.refuseUnknown();
+}
+
+void readStamps(const YAML::Node& tree, StampParameters* stamps) {
+  ParameterGroup group(tree, "stamps");
+  group.number("max_ahead", 0.0, 60.0, &stamps->max_ahead_s);
+  group.number("max_jump", 0.0, 3600.0, &stamps->max_jump_s);
+  group.integer("frames_until_new", 2, 1000, &stamps->frames_until_new);
+  group.refuseUnknown();
+}
+
+void readHealth(const YAML::Node& tree, HealthParameters* health) {
+  ParameterGroup group(tree, "health");
+  group.number("hold_timeout", 0.0, 3600.0, &health->hold_timeout_s);
+  group.number("image_age_warn", 0.01, 1e6, &health->image_age_warn_s);
+  group.number("image_age_error", 0.01, 1e6, &health->image_age_error_s);
+  group.number("pose_age_warn", 0.01, 1e6, &health->pose_age_warn_s);
+  group.number("pose_age_error", 0.01, 1e6, &health->pose_age_error_s);
+  group.number("min_rate", 0.0, 1000.0, &health->min_rate_hz);
+  group.number("max_dropped", 0.0, 1.0, &health->max_dropped);
   group.refuseUnknown();
 }
 
@@ -215,8 +237,8 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.flag("publish_tf", &parameters->frames.publish_tf);
   top.flag("invert_tf", &parameters->frames.invert_tf);
   readInitialPose(tree, parameters);
-  for (const char* group : {"initial_pose", "ct", "image", "frames", "sync", "accept", "solver", "tracking", "geometry",
-                            "calibration", "bodies", "diagnostic_period"})
+  for (const char* group : {"initial_pose", "ct", "image", "frames", "sync", "stamps", "health", "accept", "solver",
+                            "tracking", "geometry", "calibration", "bodies", "diagnostic_period"})
     top.known(group);
   for (const auto& [name, value] : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
@@ -239,6 +261,8 @@ NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   readImage(tree, parameters.views, &parameters.image);
   readFrames(tree, &parameters.frames);
   readSync(tree, &parameters.sync);
+  readStamps(tree, &parameters.stamps);
+  readHealth(tree, &parameters.health);
   readAccept(tree, &parameters.registrar.accept);
   readSolver(tree, &parameters.registrar);
   readGeometry(tree, &parameters.registrar.setup);
@@ -265,7 +289,21 @@ NodeParameters loadParametersYaml(const std::string& path, const Logger& logger)
   }
 }
 
+namespace {
+
+void checkOrder(const std::string& name, double warn_s, double error_s) {
+  if (warn_s <= error_s) return;
+  std::ostringstream message;
+  message << "parameter health/" << name << "_warn is '" << warn_s << "'; allowed: no more than health/" << name
+          << "_error, which is '" << error_s << "'";
+  throw ParameterError(message.str());
+}
+
+}  // namespace
+
 void validate(const NodeParameters& parameters) {
+  checkOrder("image_age", parameters.health.image_age_warn_s, parameters.health.image_age_error_s);
+  checkOrder("pose_age", parameters.health.pose_age_warn_s, parameters.health.pose_age_error_s);
   const auto check_frame = [](const char* name, const std::string& frame) {
     if (!frame.empty() && (frame.front() == '/' || frame.find(' ') != std::string::npos)) {
       throw ParameterError(std::string("parameter ") + name + " is '" + frame +
@@ -279,6 +317,11 @@ void validate(const NodeParameters& parameters) {
   if (parameters.frames.ct == parameters.frames.fixed) {
     throw ParameterError("parameters frames/ct and frames/fixed are both '" + parameters.frames.ct +
                          "'; allowed: two different frames");
+  }
+  if (parameters.initial_pose_frame == parameters.frames.ct) {
+    throw ParameterError(
+        "parameter initial_pose/frame_id is '" + parameters.initial_pose_frame +
+        "', the CT's own frame (frames/ct); allowed: the X-ray's optical frame, or one that tf connects");
   }
   if (parameters.device.empty()) {
     throw ParameterError("parameter device is ''; allowed: auto, gpu, cpu, or a part of the device's name");

@@ -9,6 +9,7 @@
 #include "pipeline/failure_text.h"
 #include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/device.h"
+#include "xray_registration/pipeline/start_check.h"
 #include "xray_registration/registration/fast_registrar.h"
 #include "xray_registration/volume/volume_error.h"
 #include "xray_registration/volume/volume_io.h"
@@ -226,6 +227,16 @@ TrackingState RegistrationPipeline::state() const {
   return body_.tracker.state();
 }
 
+void RegistrationPipeline::noteUnusable() {
+  body_.tracker.noteUnusable();
+  for (RegisteredBody& body : own_) body.tracker.noteUnusable();
+}
+
+void RegistrationPipeline::loseTrack() {
+  body_.tracker.loseTrack();
+  for (RegisteredBody& body : own_) body.tracker.loseTrack();
+}
+
 FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> views,
                                            const std::optional<RigidTransform>& T_camera_now_camera_last) {
   const Stopwatch watch;
@@ -262,7 +273,24 @@ std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<Raw
   if (outcome->views_used.empty() || !enough) return outcome->missing_because;
   if (!device_.isReady(&body_)) return fault();
   if (!hasStart(stamp_s)) return "no initial pose is known yet";
-  return "";
+  const std::string problem = startProblem(stamp_s, *outcome);
+  // A device that failed meanwhile was opened anew, or is the fault.
+  return device_.isReady(&body_) ? problem : fault();
+}
+
+/// A start that cannot be right is not searched around.
+std::string RegistrationPipeline::startProblem(double stamp_s, const FrameOutcome& frame) {
+  const std::optional<RigidTransform> start = body_.tracker.prediction(stamp_s);
+  if (!start || body_.tracker.state() != TrackingState::kWaitingForPose) return "";
+  const auto render = [this](const XrayCamera& camera, const RigidTransform& T) { return renderDrr(camera, T); };
+  std::string problem;
+  for (const ViewInput& view : present(frame.views)) {
+    const RigidTransform T_view_ct = view.T_view_first * *start;
+    problem = impossibleStart(T_view_ct, body_.attenuation->grid, view.xray->camera);
+    if (problem.empty()) problem = turnedStart(T_view_ct, body_.centre_ct_mm, view, render);
+    if (problem.empty()) return "";  // A view may look past the CT, or hardly see a turn.
+  }
+  return problem;
 }
 
 RegistrationResult RegistrationPipeline::solve(double stamp_s, const FrameOutcome& frame,

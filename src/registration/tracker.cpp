@@ -113,12 +113,19 @@ RegistrationResult Tracker::process(Registrar* registrar, const std::vector<View
     state_ = TrackingState::kTracking;
     return result;
   }
-  ++refused_in_a_row_;
-  if (state_ == TrackingState::kTracking && refused_in_a_row_ >= options_.frames_until_lost) {
-    state_ = TrackingState::kLost;
-    history_.forgetVelocity();
-  }
+  noteUnusable();
   return result;
+}
+
+void Tracker::noteUnusable() {
+  ++refused_in_a_row_;
+  if (refused_in_a_row_ >= options_.frames_until_lost) loseTrack();
+}
+
+void Tracker::loseTrack() {
+  if (state_ != TrackingState::kTracking) return;
+  state_ = TrackingState::kLost;
+  history_.forgetVelocity();
 }
 
 }  // namespace xray_registration

@@ -180,7 +180,7 @@ void BagSession::Implementation::indexView(std::size_t number, const std::map<st
   for (const rosbag::MessageInstance& message : *queries.back()) {
     if (const auto image = message.instantiate<sensor_msgs::Image>()) {
       index.images.push_back({image->header.stamp, message});
-      if (view.frame_id.empty()) view.frame_id = withoutOuterSlashes(image->header.frame_id);
+      if (view.frame_id.empty()) view.frame_id = tfFrame(image->header.frame_id);
     } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
       index.camera_infos[info->header.stamp] = info;
     } else if (const auto pose = message.instantiate<geometry_msgs::PoseStamped>()) {
@@ -295,7 +295,7 @@ namespace {
 bool appendPoses(const rosbag::MessageInstance& message, const std::string& ct_frame, std::vector<StampedPose>* poses) {
   const std::string& topic = message.getTopic();
   const auto append = [poses](const std_msgs::Header& header, const RigidTransform& T_frame_ct) {
-    poses->push_back({withoutOuterSlashes(header.frame_id), header.stamp, T_frame_ct});
+    poses->push_back({tfFrame(header.frame_id), header.stamp, T_frame_ct});
   };
   if (const auto stamped = message.instantiate<geometry_msgs::PoseStamped>()) {
     append(stamped->header, fromPose(stamped->pose, topic));
@@ -303,7 +303,7 @@ bool appendPoses(const rosbag::MessageInstance& message, const std::string& ct_f
     append(with_covariance->header, fromPose(with_covariance->pose.pose, topic));
   } else if (const auto transforms = message.instantiate<tf2_msgs::TFMessage>()) {
     for (const auto& transform : transforms->transforms) {
-      if (withoutOuterSlashes(transform.child_frame_id) != ct_frame) continue;
+      if (tfFrame(transform.child_frame_id) != ct_frame) continue;
       append(transform.header, fromTransform(transform.transform, topic));
     }
   } else {

@@ -102,6 +102,11 @@ geometry_msgs::Quaternion quaternionOf(const RigidTransform& transform) {
 
 }  // namespace
 
+std::string tfFrame(std::string frame_id) {
+  frame_id.erase(0, frame_id.find_first_not_of('/'));
+  return frame_id;
+}
+
 RawImage rawImage(const sensor_msgs::Image& message) {
   if (message.width == 0 || message.height == 0) {
     throw FrameError("image has size " + std::to_string(message.width) + "x" + std::to_string(message.height));

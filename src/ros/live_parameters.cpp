@@ -1,5 +1,7 @@
 #include "live_parameters.h"
 
+#include <cmath>
+
 namespace xray_registration {
 namespace {
 
@@ -49,7 +51,28 @@ void copyTracking(const From& from, To* to) {
   to->max_velocity_rad_s = from.max_velocity_rad_s;
 }
 
+template <typename Config>
+std::string notANumber(const Config& config) {
+  dynamic_reconfigure::Config message;
+  config.__toMessage__(message);
+  for (const dynamic_reconfigure::DoubleParameter& parameter : message.doubles) {
+    if (std::isnan(parameter.value)) return parameter.name + " is not a number";
+  }
+  return "";
+}
+
 }  // namespace
+
+std::string problemOf(const AcceptConfig& config) { return notANumber(config); }
+
+std::string problemOf(const TrackingConfig& config) { return notANumber(config); }
+
+std::string problemOf(const SolverConfig& config) {
+  if (similarityNamed(config.similarity)) return notANumber(config);
+  std::string allowed;
+  for (const SimilarityKind& kind : kSimilarities) allowed += (allowed.empty() ? "" : ", ") + std::string(kind.name);
+  return "similarity is '" + config.similarity + "'; allowed: " + allowed;
+}
 
 AcceptConfig toConfig(const AcceptOptions& options) {
   AcceptConfig config = AcceptConfig::__getDefault__();
@@ -73,7 +96,7 @@ TrackingConfig toConfig(const TrackerOptions& options) {
 void apply(const AcceptConfig& config, AcceptOptions* options) { copyAccept(config, options); }
 
 void apply(const SolverConfig& config, RegistrarOptions* options) {
-  // dynamic_reconfigure does not hold a text to its enumeration: another one keeps the present choice.
+  // problemOf() has seen to it that there is one.
   options->similarity = similarityNamed(config.similarity).value_or(options->similarity);
   copySolver(config, options);
 }

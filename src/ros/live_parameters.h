@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "xray_registration/AcceptConfig.h"
 #include "xray_registration/SolverConfig.h"
 #include "xray_registration/TrackingConfig.h"
@@ -13,6 +15,12 @@ namespace xray_registration {
 AcceptConfig toConfig(const AcceptOptions& options);
 SolverConfig toConfig(const RegistrarOptions& options);
 TrackingConfig toConfig(const TrackerOptions& options);
+/// Why a configuration cannot be applied, which dynamic_reconfigure would let through: a number that is none, a word
+/// that is not known. Empty when it can.
+std::string problemOf(const AcceptConfig& config);
+std::string problemOf(const SolverConfig& config);
+std::string problemOf(const TrackingConfig& config);
+
 void apply(const AcceptConfig& config, AcceptOptions* options);
 void apply(const SolverConfig& config, RegistrarOptions* options);
 void apply(const TrackingConfig& config, TrackerOptions* options);

@@ -1,6 +1,5 @@
 #include "xray_registration/ros/registration_node.h"
 
-#include <diagnostic_msgs/DiagnosticStatus.h>
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <image_transport/camera_common.h>
 #include <ros/console.h>
@@ -12,6 +11,7 @@
 #include "live_parameters.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/node_parameters.h"
+#include "xray_registration/ros/result_transforms.h"
 
 namespace xray_registration {
 
@@ -79,6 +79,8 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
       worker_(std::make_unique<RegistrationWorker>(parameters_, &publishers_, &transforms_, &statistics_, rosLogger())),
       synchroniser_(synchroniserOptions(parameters_),
                     [this](FrameMessages frame) { worker_->offer(std::move(frame)); }),
+      gate_(parameters_.viewNames().size(), parameters_.stamps, ros::Time::isSimTime(),
+            parameters_.health.hold_timeout_s > 0.0),
       clock_(ros::Time::isSimTime()),
       registrar_options_(parameters_.registrar),
       tracker_options_(parameters_.tracker) {
@@ -88,19 +90,25 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
   diagnostics_->add("registration", [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
   serveTuning();
   advertiseServices();
+  nameInputs();
   subscribe();
   watch_timer_ =
       image_node_.createWallTimer(ros::WallDuration(kWatchPeriod), [this](const ros::WallTimerEvent&) { watch(); });
-  diagnostics_timer_ = service_node_.createWallTimer(
-      ros::WallDuration(kDiagnosticsPeriod), [this](const ros::WallTimerEvent&) { diagnostics_->force_update(); });
+  diagnostics_timer_ =
+      service_node_.createWallTimer(ros::WallDuration(kDiagnosticsPeriod), [this](const ros::WallTimerEvent&) {
+        diagnostics_->force_update();
+        help();
+      });
   image_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &image_queue_);
   // Two: one ~load_ct at a time waits for the worker, and the others must be answered meanwhile.
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(2, &service_queue_);
   image_spinner_->start();
   service_spinner_->start();
+  master_watch_ = std::make_unique<MasterWatch>(rosLogger());
 }
 
 RegistrationNode::~RegistrationNode() {
+  master_watch_.reset();
   watch_timer_.stop();
   diagnostics_timer_.stop();
   image_spinner_->stop();
@@ -112,35 +120,57 @@ RegistrationNode::~RegistrationNode() {
   service_spinner_->stop();
 }
 
+void RegistrationNode::nameInputs() {
+  for (const std::string& view : parameters_.viewNames()) {
+    Input& input = inputs_.emplace_back();
+    // The CameraInfo stands beside the image, wherever that was remapped to.
+    input.image_topic = image_node_.resolveName(view.empty() ? "image_raw" : view + "/image_raw");
+    input.info_topic = image_transport::getCameraInfoTopic(input.image_topic);
+    ROS_INFO_STREAM("X-rays are taken from " << input.image_topic << ", their geometry from " << input.info_topic);
+  }
+}
+
 void RegistrationNode::subscribe() {
   image_subscribers_.clear();
   info_subscribers_.clear();
   image_transport::ImageTransport transport(image_node_);
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(),
                                               private_node_);
-  const std::vector<std::string> views = parameters_.viewNames();
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    // The CameraInfo stands beside the image, wherever that was remapped to.
-    const std::string image_topic = image_node_.resolveName(views[i].empty() ? "image_raw" : views[i] + "/image_raw");
-    const std::string info_topic = image_transport::getCameraInfoTopic(image_topic);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
     info_subscribers_.push_back(image_node_.subscribe<sensor_msgs::CameraInfo>(
-        info_topic, kInfoQueueSize, [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
+        inputs_[i].info_topic, kInfoQueueSize, [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
+          ++inputs_[i].infos;
           followClock();
           synchroniser_.addInfo(i, info);
         }));
     image_subscribers_.push_back(transport.subscribe(
-        image_topic, kQueueSize,
-        [this, i](const sensor_msgs::ImageConstPtr& image) {
-          followClock();
-          synchroniser_.addImage(i, image, ViewSynchroniser::Clock::now());
-        },
+        inputs_[i].image_topic, kQueueSize, [this, i](const sensor_msgs::ImageConstPtr& image) { takeImage(i, image); },
         ros::VoidPtr(), hints));
   }
+}
+
+void RegistrationNode::takeImage(std::size_t view, const sensor_msgs::ImageConstPtr& image) {
+  ++inputs_[view].images;
+  followClock();
+  const ImageGate::Clock::time_point arrived = ImageGate::Clock::now();
+  const ImageGate::Judgement judgement = gate_.judge(view, *image, ros::Time::now(), arrived);
+  if (!judgement.stamp.problem.empty()) {
+    const std::string name = view == 0 ? "" : "view '" + parameters_.views[view] + "': ";
+    return worker_->refuseImage(image->header, name + judgement.stamp.problem);
+  }
+  // What the first view's stamps do says what the stream does; a further view is taken beside it or not at all.
+  if (view == 0 && judgement.stamp.verdict == StampVerdict::kRecordingAgain) {
+    worker_->restart("the images' stamps went back");
+  } else if (view == 0 && judgement.stamp.verdict == StampVerdict::kClockSet) {
+    worker_->stampsWereSet();
+  }
+  synchroniser_.addImage(view, image, arrived, judgement.held_for_s);
 }
 
 void RegistrationNode::followClock() {
   if (!clock_.wentBack(sinceZero(ros::Time::now()))) return;
   worker_->restart("the clock went back");
+  gate_.forget();
   synchroniser_.clear();
   resubscribe_ = true;
 }
@@ -153,6 +183,10 @@ void RegistrationNode::watch() {
     subscribe();
   }
   synchroniser_.expire(ViewSynchroniser::Clock::now());
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    inputs_[i].image_publishers = static_cast<int>(image_subscribers_[i].getNumPublishers());
+  }
+  worker_->watch();
 }
 
 void RegistrationNode::advertiseServices() {
@@ -173,9 +207,7 @@ void RegistrationNode::subscribePose(const std::string& topic, const ros::NodeHa
   pose_subscribers_.push_back(handle.subscribe<geometry_msgs::PoseWithCovarianceStamped>(
       topic, 1, [this, topic, body](const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
         const RegistrationWorker::Answer answer = takePose(message->header, message->pose.pose, body);
-        if (answer.success) return;
-        ROS_ERROR_STREAM(topic << ": " << answer.message);
-        statistics_.setError(topic + ": " + answer.message);
+        if (!answer.success) say(topic + ": " + answer.message);
       }));
 }
 
@@ -206,7 +238,11 @@ bool RegistrationNode::calibrate(Calibrate::Request& /*request*/, Calibrate::Res
 RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose,
                                                       const std::string& body) {
   if (const std::string problem = nameProblem(body, parameters_.bodies); !problem.empty()) return {false, problem};
-  if (header.frame_id.empty()) return {false, "header.frame_id is empty; name the frame that the pose is in"};
+  const std::string frame = tfFrame(header.frame_id);
+  if (frame.empty()) return {false, "header.frame_id is empty; name the frame that the pose is in"};
+  if (const std::string problem = startFrameProblem(frame, parameters_.frames, parameters_.bodies); !problem.empty()) {
+    return {false, problem};
+  }
   RigidTransform T_frame_ct;
   try {
     T_frame_ct = fromPose(pose, "the initial pose");
@@ -216,9 +252,9 @@ RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& he
   const std::string camera_frame = worker_->cameraFrame();
   if (!camera_frame.empty()) {
     std::string why;
-    if (!transforms_.lookup(camera_frame, header.frame_id, ros::Time(), 0.5, &why)) return {false, why};
+    if (!transforms_.lookup(camera_frame, frame, ros::Time(), 0.5, &why)) return {false, why};
   }
-  worker_->setPose(T_frame_ct, header.frame_id, body);
+  worker_->setPose(T_frame_ct, frame, body);
   return {true, camera_frame.empty() ? "taken; it is used when the first image comes" : "taken"};
 }
 
@@ -231,6 +267,7 @@ bool RegistrationNode::setInitialPose(SetInitialPose::Request& request, SetIniti
 
 bool RegistrationNode::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
   worker_->restart("~reset");
+  gate_.forget();
   response.success = 1;
   return true;
 }
@@ -250,14 +287,23 @@ bool RegistrationNode::setEnabled(std_srvs::SetBool::Request& request, std_srvs:
   return true;
 }
 
+void RegistrationNode::say(const std::string& error) {
+  ROS_ERROR_STREAM(error);
+  statistics_.setError(error);
+}
+
 void RegistrationNode::serveTuning() {
   const auto serve = [this](auto* server, const char* group, const auto& start, auto* options) {
     using Server = typename std::remove_reference_t<decltype(**server)>;
     *server = std::make_unique<Server>(tuning_mutex_, ros::NodeHandle(private_node_, group));
     (*server)->setConfigDefault(start);
     (*server)->updateConfig(start);
-    (*server)->setCallback([this, options](auto& config, std::uint32_t level) {
+    (*server)->setCallback([this, options, group](auto& config, std::uint32_t level) {
       const boost::recursive_mutex::scoped_lock lock(tuning_mutex_);
+      if (const std::string problem = problemOf(config); !problem.empty()) {
+        config = toConfig(*options);  // All of the request is refused, and the answer holds what stays.
+        return say("~" + std::string(group) + "/set_parameters: " + problem + "; nothing was changed");
+      }
       apply(config, options);
       // The first call only repeats what was loaded.
       if (level != ~0U) worker_->setTuning(registrar_options_, tracker_options_);
@@ -266,69 +312,6 @@ void RegistrationNode::serveTuning() {
   serve(&accept_server_, "accept", toConfig(registrar_options_.accept), &registrar_options_.accept);
   serve(&solver_server_, "solver", toConfig(registrar_options_), &registrar_options_);
   serve(&tracking_server_, "tracking", toConfig(tracker_options_), &tracker_options_);
-}
-
-namespace {
-
-/// What is worth a warning: certain, and a fifth of what a frame is refused for.
-bool isNoteworthy(const SetupSuspicion& suspicion, double limit_mm) {
-  return suspicion.certain && (suspicion.unit.empty() || suspicion.effect_mm > 0.2 * limit_mm);
-}
-
-/// The estimates, and a warning for those that matter.
-void addSuspicions(const std::vector<SetupSuspicion>& suspicions, double limit_mm,
-                   diagnostic_updater::DiagnosticStatusWrapper* status) {
-  for (const SetupSuspicion& suspicion : suspicions) {
-    status->addf(suspicion.in_words, "looks %.3g ± %.2g %s off (moves the CT by %.2g mm)", suspicion.estimate,
-                 suspicion.sigma, suspicion.unit.c_str(), suspicion.effect_mm);
-    if (!isNoteworthy(suspicion, limit_mm)) continue;
-    status->mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, suspicion.in_words + " looks wrong");
-  }
-}
-
-/// What became of each body, and a warning that names those that were refused.
-void addBodies(const std::vector<NodeStatistics::Body>& bodies, diagnostic_updater::DiagnosticStatusWrapper* status) {
-  std::string refused;
-  for (const NodeStatistics::Body& body : bodies) {
-    status->add("body " + body.name, body.reason.empty() ? "accepted" : "refused: " + body.reason);
-    if (!body.reason.empty()) refused += (refused.empty() ? "" : ", ") + body.name;
-  }
-  if (!refused.empty()) status->mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, "refused bodies: " + refused);
-}
-
-}  // namespace
-
-void RegistrationNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const {
-  const NodeStatistics::Snapshot values = statistics_.snapshot();
-  using Level = diagnostic_msgs::DiagnosticStatus;
-  switch (values.state) {
-    case TrackingState::kTracking:
-      status.summary(Level::OK, toString(values.state));
-      break;
-    case TrackingState::kFault:
-      status.summary(Level::ERROR, std::string("FAULT: ") + values.last_error);
-      break;
-    default:
-      status.summary(Level::WARN, toString(values.state));
-  }
-  if (!worker_->enabled()) status.mergeSummary(Level::WARN, "switched off (~set_enabled)");
-  status.add("state", toString(values.state));
-  status.add("device", values.device);
-  status.add("device bytes", values.device_bytes);
-  status.add("CT", values.ct);
-  status.addf("rate (frames/s)", "%.1f", values.rate_hz);
-  status.addf("latency, mean (ms)", "%.1f", values.latency_s * 1e3);
-  status.addf("latency, largest (ms)", "%.1f", values.max_latency_s * 1e3);
-  status.addf("solve, mean (ms)", "%.1f", values.solve_ms);
-  status.add("frames received", values.received);
-  status.add("frames registered", values.registered);
-  status.add("frames accepted", values.accepted);
-  status.add("frames dropped", values.dropped);
-  status.add("frames refused", values.refused);
-  status.add("last refusal", values.last_refusal);
-  addBodies(values.bodies, &status);
-  addSuspicions(values.suspicions, parameters_.registrar.accept.max_setup_error_mm, &status);
-  status.add("last error", values.last_error);
 }
 
 }  // namespace xray_registration

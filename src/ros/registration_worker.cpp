@@ -3,10 +3,14 @@
 #include <ros/init.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdio>
 #include <exception>
 #include <utility>
 
 #include "calibration_answer.h"
+#include "held_views.h"
+#include "xray_registration/pipeline/frame_latency.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/result_transforms.h"
 #include "xray_registration/ros/status_message.h"
@@ -16,9 +20,12 @@ namespace xray_registration {
 
 namespace {
 
-double latencyOf(const std_msgs::Header& header) {
+using Clock = std::chrono::steady_clock;
+
+double latencyOf(const std_msgs::Header& header, Clock::time_point arrived) {
   const ros::Time now = ros::Time::now();
-  return now.isZero() || header.stamp.isZero() ? 0.0 : now.toSec() - header.stamp.toSec();
+  const double since_arrival_s = std::chrono::duration<double>(Clock::now() - arrived).count();
+  return frameLatency(!now.isZero() && !header.stamp.isZero(), now.toSec() - header.stamp.toSec(), since_arrival_s);
 }
 
 std::vector<NodeStatistics::Body> bodiesOf(const RegistrationStatus& message) {
@@ -40,7 +47,6 @@ RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publish
       pipeline_(parameters, logger_),
       pose_requests_(transforms, parameters.frames.tf_timeout_s),
       initial_pose_scope_(parameters.ct.path, parameters.ct.read.series_uid),
-      stamps_(ros::Time::isSimTime()),
       calibration_frames_(static_cast<std::size_t>(parameters.calibration_frames)) {
   mailbox_.post([this] { startUp(); });
   thread_ = std::thread([this] { run(); });
@@ -239,6 +245,7 @@ void RegistrationWorker::registerOnce() {
 }
 
 void RegistrationWorker::restart(const std::string& why) {
+  forgetCameraFrame();
   if (const std::optional<FrameMessages> waiting = mailbox_.clear()) drop(*waiting);
   mailbox_.post([this, why] { restartNow(why); });
 }
@@ -247,10 +254,19 @@ void RegistrationWorker::restartNow(const std::string& why) {
   log(logger_, LogLevel::kWarning, why + ": the pose is forgotten, the CT is kept");
   pipeline_.reset();
   publishers_->forgetStamps();
-  stamps_.forget();
+  bindCameraFrame("");
   calibration_frames_.forget();
   startFromParameters();
   updateStatistics();
+}
+
+void RegistrationWorker::stampsWereSet() {
+  if (const std::optional<FrameMessages> waiting = mailbox_.clear()) drop(*waiting);
+  mailbox_.post([this] {
+    log(logger_, LogLevel::kWarning, "the images' stamps go on elsewhere: a clock was set; the pose is kept");
+    publishers_->forgetStamps();
+    transforms_->forget();
+  });
 }
 
 void RegistrationWorker::setTuning(const RegistrarOptions& registrar, const TrackerOptions& tracker) {
@@ -265,12 +281,38 @@ std::string RegistrationWorker::cameraFrame() const {
   return camera_frame_;
 }
 
+/// Everything is said in the first view's frame. Returns why an image cannot change it.
+std::string RegistrationWorker::takeCameraFrame(const ViewMessage& first) {
+  if (!first.image) return "";
+  const std::string frame = tfFrame(first.image->header.frame_id);
+  if (frame.empty()) return "";
+  const std::lock_guard<std::mutex> lock(camera_frame_mutex_);
+  std::string problem = frameChangeProblem(frame, bound_frame_, parameters_.frames);
+  if (problem.empty()) camera_frame_ = frame;
+  return problem;
+}
+
+void RegistrationWorker::bindCameraFrame(const std::string& frame) {
+  const std::lock_guard<std::mutex> lock(camera_frame_mutex_);
+  bound_frame_ = frame;
+}
+
+void RegistrationWorker::forgetCameraFrame() {
+  const std::lock_guard<std::mutex> lock(camera_frame_mutex_);
+  camera_frame_.clear();
+  bound_frame_.clear();
+}
+
+void RegistrationWorker::refuseImage(const std_msgs::Header& header, const std::string& reason) {
+  statistics_->frameReceived();
+  refuse(header, reason);
+}
+
 void RegistrationWorker::offer(FrameMessages frame) {
   statistics_->frameReceived();
-  const ViewMessage& first = frame.views.front();
-  if (first.image && !first.image->header.frame_id.empty()) {
-    const std::lock_guard<std::mutex> lock(camera_frame_mutex_);
-    camera_frame_ = first.image->header.frame_id;
+  frame.header.frame_id = tfFrame(frame.header.frame_id);
+  if (const std::string problem = takeCameraFrame(frame.views.front()); !problem.empty()) {
+    return refuse(frame.header, problem);
   }
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
   if (loading_) return refuse(frame.header, "a CT is being loaded");
@@ -296,50 +338,70 @@ void RegistrationWorker::sayUnregistered(const std_msgs::Header& header, const s
   FrameOutcome outcome;
   outcome.result.reason = reason;
   RegistrationStatus message = statusMessage(outcome, header, parameters_.bodies);
-  message.latency = latencyOf(header);
+  message.latency = latencyOf(header, Clock::now());
   setNodeFields(statistics_->snapshot(), &message);
   publishers_->status(message);
 }
 
-std::string RegistrationWorker::stampProblem(const std_msgs::Header& header) {
-  switch (stamps_.judge(sinceZero(header.stamp))) {
-    case StampVerdict::kNext:
-      break;
-    case StampVerdict::kNone:
-      return "the image has no stamp";
-    case StampVerdict::kRepeated:
-      return "a frame with this stamp was already handled";
-    case StampVerdict::kLate:
-      return "the image is older than the last one";
-    case StampVerdict::kRecordingAgain:
-      restartNow("the images' stamps went back");
-      stamps_.judge(sinceZero(header.stamp));
-      break;
-    case StampVerdict::kClockSetBack:
-      log(logger_, LogLevel::kWarning, "the images' stamps went back: the clock was corrected, the pose is kept");
-      publishers_->forgetStamps();
-      break;
-  }
-  return "";
+/// A frame that somebody wanted to have registered.
+void RegistrationWorker::refuseUnusable(const std_msgs::Header& header, const std::string& reason) {
+  pipeline_.noteUnusable();
+  updateStatistics();
+  refuse(header, reason);
+}
+
+void RegistrationWorker::watch() {
+  if (watching_.exchange(true)) return;
+  mailbox_.post([this] {
+    watching_ = false;
+    watchNow();
+  });
+}
+
+void RegistrationWorker::watchNow() {
+  if (parameters_.mode != Mode::kTrack || pipeline_.state() != TrackingState::kTracking) return;
+  const double since_s = std::chrono::duration<double>(Clock::now() - last_looked_at_).count();
+  if (since_s <= parameters_.health.pose_age_error_s) return;
+  const NodeStatistics::Snapshot values = statistics_->snapshot();
+  const bool silent = values.image_age_s.value_or(values.uptime_s) >= since_s;
+  char text[96];
+  std::snprintf(text, sizeof text, "no X-ray could be registered for %.1f s: ", since_s);
+  loseTrack(text + (silent ? "no image came" : values.last_refusal));
+}
+
+void RegistrationWorker::loseTrack(const std::string& why) {
+  if (pipeline_.state() != TrackingState::kTracking) return;
+  pipeline_.loseTrack();
+  updateStatistics();
+  log(logger_, LogLevel::kWarning, "LOST: " + why);
 }
 
 void RegistrationWorker::handle(const FrameMessages& frame) {
   std_msgs::Header header = frame.header;
-  if (const std::string problem = stampProblem(header); !problem.empty()) return refuse(header, problem);
   if (parameters_.mode == Mode::kOnDemand && !register_requested_) {
     return refuse(header, "mode is on_demand: waiting for a pose or ~register_once");
   }
   // Everything is said in the first view's frame, also when that view is missing for once.
-  header.frame_id = cameraFrame();
+  if (!frame.views.front().image) header.frame_id = cameraFrame();
   if (header.frame_id.empty()) {
-    return refuse(frame.header,
-                  frame.views.front().image ? "the image has no frame_id" : "the first view's frame is not known yet");
+    return refuseUnusable(frame.header, frame.views.front().image ? "the image has no frame_id"
+                                                                  : "the first view's frame is not known yet");
   }
   if (const std::string problem = frameProblem(header.frame_id, parameters_.frames, parameters_.bodies);
       !problem.empty()) {
-    return refuse(header, problem);
+    return refuseUnusable(header, problem);
   }
-  publishOutcome(frame, header, registerFrame(frame, header));
+  // Asked again: another frame may have been accepted since this one came.
+  if (const std::string problem = takeCameraFrame(frame.views.front()); !problem.empty())
+    return refuse(header, problem);
+  const FrameOutcome outcome = registerFrame(frame, header);
+  // A held image is only nothing new: it counts by the time for which it is held.
+  if (!outcome.registered && heldProblem(frame).empty()) pipeline_.noteUnusable();
+  publishOutcome(frame, header, outcome);
+}
+
+std::string RegistrationWorker::heldProblem(const FrameMessages& frame) const {
+  return xray_registration::heldProblem(frame, parameters_.viewNames(), parameters_.sync.allow_missing_view);
 }
 
 std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, const std::string& camera_frame) const {
@@ -349,12 +411,11 @@ std::vector<RawView> RegistrationWorker::rawViews(const FrameMessages& frame, co
     const ViewMessage& message = frame.views[i];
     RawView& view = views[i];
     view.name = names[i];
-    view.problem = message.problem;
+    view.problem = message.problem.empty() ? xray_registration::heldProblem(message) : message.problem;
     if (!view.problem.empty()) continue;
     try {
       if (i > 0) {
-        const std::string& view_frame = message.image->header.frame_id;
-        if (view_frame.empty()) throw FrameError("the image has no frame_id");
+        const std::string view_frame = tfFrame(message.image->header.frame_id);
         const std::string problem = frameProblem(view_frame, parameters_.frames, parameters_.bodies);
         if (!problem.empty()) throw FrameError(problem);
         std::string why;
@@ -379,6 +440,10 @@ std::string RegistrationWorker::resolvePose(const std_msgs::Header& header) {
   return problem;
 }
 
+bool RegistrationWorker::canRegister(const std_msgs::Header& header) const {
+  return pipeline_.fault().empty() && pipeline_.hasCt() && pipeline_.hasStart(header.stamp.toSec());
+}
+
 /// Where the camera is in frames/fixed: asked once for a frame, for its start and for tf. A frame for which that is not
 /// known could not be published, so it is not registered either.
 std::string RegistrationWorker::findCamera(const std_msgs::Header& header) {
@@ -386,7 +451,7 @@ std::string RegistrationWorker::findCamera(const std_msgs::Header& header) {
   if (parameters_.frames.fixed.empty()) return "";
   T_fixed_camera_.reset();
   // What the pipeline refuses anyway needs no transform, and its reason comes first.
-  if (!pipeline_.fault().empty() || !pipeline_.hasCt() || !pipeline_.hasStart(header.stamp.toSec())) return "";
+  if (!canRegister(header)) return "";
   std::string why;
   T_fixed_camera_ = transforms_->lookup(parameters_.frames.fixed, header.frame_id, header.stamp,
                                         parameters_.frames.tf_timeout_s, &why);
@@ -396,6 +461,12 @@ std::string RegistrationWorker::findCamera(const std_msgs::Header& header) {
 FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const std_msgs::Header& header) {
   FrameOutcome refused;
   refused.result.reason = resolvePose(header);
+  if (refused.result.reason.empty() && canRegister(header)) {
+    refused.result.reason = heldProblem(frame);
+    // What was held for too long says nothing of where the CT is now.
+    const bool held = !refused.result.reason.empty();
+    if (held && longestHeld(frame) > parameters_.health.hold_timeout_s) loseTrack(refused.result.reason);
+  }
   if (refused.result.reason.empty()) refused.result.reason = findCamera(header);
   if (!refused.result.reason.empty()) return refused;
   std::optional<RigidTransform> T_camera_now_camera_last;
@@ -434,15 +505,20 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
   const RegistrationResult& result = outcome.result;
   if (outcome.registered) {
     register_requested_ = false;
+    last_looked_at_ = Clock::now();
     statistics_->frameRegistered();
     statistics_->setSuspicions(result.suspicions);
+  }
+  const auto is_accepted = [](const BodyResult& body) { return body.accepted; };
+  if (result.accepted || std::any_of(result.bodies.begin(), result.bodies.end(), is_accepted)) {
+    bindCameraFrame(header.frame_id);
   }
   // Where the camera is, is known of every frame that was looked at.
   if (result.accepted) T_fixed_camera_accepted_ = T_fixed_camera_.value();
   if (T_fixed_camera_) publishers_->sendResult(header, result, pipeline_.centreCt(), *T_fixed_camera_);
   updateStatistics();
   RegistrationStatus message = statusMessage(outcome, header, parameters_.bodies);
-  message.latency = latencyOf(header);
+  message.latency = latencyOf(header, frame.arrived);
   if (result.accepted) {
     statistics_->frameAccepted(message.latency, result.solve_ms);
   } else {
@@ -465,7 +541,8 @@ void RegistrationWorker::publishPictures(const FrameMessages& frame, const Frame
     const bool wants_overlay = publishers_->wantsOverlay(i);
     if (!outcome.views[i] || !(wants_drr || wants_overlay)) continue;
     const ViewInput& view = *outcome.views[i];
-    const std_msgs::Header& header = frame.views[i].image->header;  // The view's own: where and when it was taken.
+    std_msgs::Header header = frame.views[i].image->header;  // The view's own: where and when it was taken.
+    header.frame_id = tfFrame(header.frame_id);
     try {
       const DrrParts parts = pipeline_.renderParts(view, result);
       const FloatImage drr = wants_drr ? acceptedDrr(parts, result) : FloatImage();

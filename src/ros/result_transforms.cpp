@@ -41,17 +41,45 @@ std::vector<geometry_msgs::TransformStamped> resultTransforms(const std_msgs::He
   return transforms;
 }
 
-std::string frameProblem(const std::string& image_frame, const FrameParameters& frames,
-                         const std::vector<BodyParameters>& bodies) {
-  if (image_frame == frames.ct) {
-    return "the image's frame_id is '" + image_frame + "', the frame of the CT (frames/ct)";
-  }
+namespace {
+
+/// "the frame of the CT (frames/ct)", of a frame that the registration places; empty for any other.
+std::string placedFrame(const std::string& frame_id, const FrameParameters& frames,
+                        const std::vector<BodyParameters>& bodies) {
+  if (frame_id == frames.ct) return "the frame of the CT (frames/ct)";
   for (const BodyParameters& body : bodies) {
-    if (image_frame == body.frame) {
-      return "the image's frame_id is '" + image_frame + "', the frame of the body '" + body.name + "' (bodies, frame)";
-    }
+    if (frame_id == body.frame) return "the frame of the body '" + body.name + "' (bodies, frame)";
   }
   return "";
+}
+
+}  // namespace
+
+std::string frameProblem(const std::string& image_frame, const FrameParameters& frames,
+                         const std::vector<BodyParameters>& bodies) {
+  if (image_frame.empty()) return "the image has no frame_id";
+  const std::string placed = placedFrame(image_frame, frames, bodies);
+  return placed.empty() ? "" : "the image's frame_id is '" + image_frame + "', " + placed;
+}
+
+std::string frameChangeProblem(const std::string& image_frame, const std::string& until_now,
+                               const FrameParameters& frames) {
+  if (until_now.empty() || image_frame == until_now || frames.allow_change) return "";
+  std::string problem = "the image's frame_id is '";
+  problem.append(image_frame)
+      .append("', and was '")
+      .append(until_now)
+      .append("': the CT would have two parents in tf; ");
+  return problem + "call ~reset when this is another camera, or set frames/allow_change";
+}
+
+std::string startFrameProblem(const std::string& frame_id, const FrameParameters& frames,
+                              const std::vector<BodyParameters>& bodies) {
+  const std::string placed = placedFrame(frame_id, frames, bodies);
+  if (placed.empty()) return "";
+  return "header.frame_id is '" + frame_id + "', " + placed +
+         ", which the registration is to place; give the pose in the X-ray's optical frame, or one that tf connects to "
+         "it";
 }
 
 }  // namespace xray_registration

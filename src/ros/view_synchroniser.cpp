@@ -26,17 +26,18 @@ bool FrameMessages::complete() const {
 ViewSynchroniser::ViewSynchroniser(Options options, Callback on_frame)
     : options_(std::move(options)), on_frame_(std::move(on_frame)), views_(options_.views.size()) {}
 
-void ViewSynchroniser::addImage(std::size_t view, const sensor_msgs::ImageConstPtr& image, Clock::time_point now) {
+void ViewSynchroniser::addImage(std::size_t view, const sensor_msgs::ImageConstPtr& image, Clock::time_point now,
+                                const std::optional<double>& held_for_s) {
   const auto& infos = views_[view].infos;
   const auto match = std::find_if(infos.begin(), infos.end(), [&](const sensor_msgs::CameraInfoConstPtr& info) {
     return info->header.stamp == image->header.stamp;
   });
   if (match != infos.end()) {
-    ready(view, {image, *match, ""}, now);
+    ready(view, {image, *match, "", held_for_s}, now);
     return;
   }
   auto& images = views_[view].images;
-  images.push_back({image, now});
+  images.push_back({image, now, held_for_s});
   if (images.size() > kImagesKept) giveUpOldest(view);
 }
 
@@ -51,7 +52,7 @@ void ViewSynchroniser::addInfo(std::size_t view, const sensor_msgs::CameraInfoCo
   if (match == images.end()) return;
   const WaitingImage found = *match;
   images.erase(match);
-  ready(view, {found.image, info, ""}, found.since);
+  ready(view, {found.image, info, "", found.held_for_s}, found.since);
 }
 
 void ViewSynchroniser::dropUnpaired(std::size_t view, const ros::Time& before) {
@@ -62,7 +63,8 @@ void ViewSynchroniser::dropUnpaired(std::size_t view, const ros::Time& before) {
 void ViewSynchroniser::giveUpOldest(std::size_t view) {
   const WaitingImage unpaired = views_[view].images.front();
   views_[view].images.pop_front();
-  ready(view, {unpaired.image, nullptr, "no camera_info came with the stamp of the image"}, unpaired.since);
+  ready(view, {unpaired.image, nullptr, "no camera_info came with the stamp of the image", unpaired.held_for_s},
+        unpaired.since);
 }
 
 void ViewSynchroniser::ready(std::size_t view, ViewMessage message, Clock::time_point since) {
@@ -105,6 +107,7 @@ void ViewSynchroniser::finish(WaitingFrame frame) {
     }
   }
   messages.views = std::move(frame.views);
+  messages.arrived = frame.since;
   on_frame_(std::move(messages));
 }
 

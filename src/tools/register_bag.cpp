@@ -1,7 +1,6 @@
 // Registers every frame of a recorded session, in order, none dropped.
 #include <cstdio>
 #include <filesystem>
-#include <set>
 
 #include "tools/common/bag_frames.h"
 #include "tools/common/command_line.h"
@@ -10,6 +9,7 @@
 #include "tools/common/message_files.h"
 #include "tools/common/progress_bar.h"
 #include "tools/common/start_pose.h"
+#include "tools/register_bag/frame_filter.h"
 #include "tools/register_bag/frame_record.h"
 #include "tools/register_bag/motion.h"
 #include "tools/register_bag/output_bag.h"
@@ -90,16 +90,12 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
   }
 }
 
-/// Poses of one stamp contradict each other in tf, so a stamp is registered once, as in the live node: a view that came
-/// late may make a second frame of it.
-FrameOutcome registered(const BagSession& session, const BagFrame& frame, std::set<ros::Time>* stamps,
+FrameOutcome registered(const BagSession& session, const BagFrame& frame, FrameFilter* filter,
                         RegistrationPipeline* pipeline) {
-  if (frame.stamp.isZero() || stamps->insert(frame.stamp).second) {
-    return pipeline->process(frame.stamp.toSec(), rawViews(session, frame));
-  }
   FrameOutcome outcome;
+  outcome.result.reason = filter->problem(frame);
+  if (outcome.result.reason.empty()) return pipeline->process(frame.stamp.toSec(), rawViews(session, frame));
   outcome.state = pipeline->state();
-  outcome.result.reason = "a frame with this stamp was already handled";
   for (const FollowedBodyInfo& body : pipeline->followedBodies()) {
     outcome.result.bodies.emplace_back().name = body.name;
     outcome.result.bodies.back().reason = outcome.result.reason;
@@ -124,12 +120,12 @@ std::vector<FrameRecord> registerFrames(const Arguments& arguments, const BagSes
                                         RegistrationPipeline* pipeline) {
   const auto targets = targetGrid(pipeline->centreCt(), arguments.target_size_mm);
   std::vector<FrameRecord> records;
-  std::set<ros::Time> stamps;
+  FrameFilter filter(session, pipeline->parameters());
   ProgressBar progress("registering", session.frameCount());
   for (std::size_t i = 0; i < session.frameCount(); ++i) {
     const BagFrame frame = session.frame(i);
-    FrameRecord record{frame.stamp, frame.received, {}, {}, {}};
-    record.outcome = registered(session, frame, &stamps, pipeline);
+    FrameRecord record{frame.stamp, frame.received, filter.frameId(frame), {}, {}, {}};
+    record.outcome = registered(session, frame, &filter, pipeline);
     if (pipeline->state() == TrackingState::kFault) throw std::runtime_error("device failed: " + pipeline->fault());
     addErrors(frame, targets, &record);
     if (!arguments.overlay.empty()) writeOverlays(arguments, session, record.outcome, i, pipeline);
@@ -191,6 +187,7 @@ void run(const Arguments& arguments) {
   if (!arguments.json.empty()) writeJson(arguments.json, resultsJson(start, pipeline.centreCt(), records));
   if (motion) motion->write(arguments.csv, tableFrames(records));
   printSummary(records);
+  requireSomeAccepted(records);
 }
 
 void addOptions(CLI::App& app, Arguments& arguments) {

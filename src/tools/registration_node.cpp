@@ -3,9 +3,13 @@
 #include <ros/init.h>
 #include <ros/node_handle.h>
 
+#include <csignal>
 #include <exception>
 
 namespace {
+
+/// As roscpp ends a node on SIGINT: in order.
+extern "C" void endInOrder(int /*signal*/) { ros::requestShutdown(); }
 
 /// Of what is being handled; gives the exit code.
 int sayWhyItEnds() {
@@ -36,6 +40,7 @@ int main(int argc, char** argv) {
     ros::init(argc, argv, "xray_registration");
     // With the last handle the log ends too: this one outlives whatever run() has to say.
     const ros::NodeHandle node;
+    std::signal(SIGTERM, endInOrder);  // roscpp takes SIGINT alone, and a container or an init system sends this one.
     return run(node);
   } catch (...) {
     return sayWhyItEnds();

@@ -39,10 +39,12 @@ image: {kind: inverted, find_metal: false, masks: {oblique: b.png},
   undistortion_map: all.yaml, undistortion_maps: {oblique: b.yaml}}
 views: [ap, oblique]
 sync: {tolerance: 0.5, allow_missing_view: true}
+stamps: {max_ahead: 0.1, max_jump: 3, frames_until_new: 5}
+health: {hold_timeout: 0}
 device: gpu
 method: paper
 mode: on_demand
-frames: {ct: bone, fixed: room}
+frames: {ct: bone, fixed: room, allow_change: true}
 invert_tf: true
 initial_pose: {position: [0.1, 0, 1], orientation: [0, 0, 0, 1], frame_id: room}
 accept: {min_similarity: 0.7}
@@ -60,6 +62,11 @@ tracking: {frames_until_lost: 2})");
   EXPECT_EQ(parameters.registrar.method, Method::kPaper);
   EXPECT_EQ(parameters.mode, Mode::kOnDemand);
   EXPECT_EQ(parameters.frames.fixed, "room");
+  EXPECT_TRUE(parameters.frames.allow_change);
+  EXPECT_EQ(parameters.stamps.max_ahead_s, 0.1);
+  EXPECT_EQ(parameters.stamps.max_jump_s, 3.0);
+  EXPECT_EQ(parameters.stamps.frames_until_new, 5);
+  EXPECT_EQ(parameters.health.hold_timeout_s, 0.0);
   ASSERT_TRUE(parameters.initial_pose);
   EXPECT_DOUBLE_EQ(parameters.initial_pose->translation().x(), 100.0);
   EXPECT_EQ(parameters.initial_pose_frame, "room");
@@ -116,6 +123,16 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
       {"{accept: {min_similarity: 2}}", {"accept/min_similarity", "2"}},
       {"{solver: {max_steps_per_frame: 0}}", {"solver/max_steps_per_frame", "0"}},
       {"{tracking: {frames_until_lost: -1}}", {"tracking/frames_until_lost", "-1"}},
+      {"{stamps: {max_ahead: -1}}", {"stamps/max_ahead", "-1", "0 to 60"}},
+      {"{stamps: {max_jump: long}}", {"stamps/max_jump", "long", "number"}},
+      {"{stamps: {frames_until_new: 1}}", {"stamps/frames_until_new", "1", "2 to 1000"}},
+      {"{frames: {allow_change: 2}}", {"frames/allow_change", "2", "true or false"}},
+      {"{health: {hold_timeout: .nan}}", {"health/hold_timeout", "nan"}},
+      {"{health: {max_dropped: 2}}", {"health/max_dropped", "2", "0 to 1"}},
+      {"{health: {pose_age_warn: 7}}", {"health/pose_age_warn", "'7'", "health/pose_age_error", "'5'"}},
+      {"{health: {image_age_error: 0.5}}", {"health/image_age_warn", "'1'", "health/image_age_error", "'0.5'"}},
+      {"{initial_pose: {position: [0, 0, 1], orientation: [0, 0, 0, 1], frame_id: ct}}",
+       {"initial_pose/frame_id", "'ct'", "frames/ct"}},
       {"{sync: {tolerance: -0.1}}", {"sync/tolerance", "-0.1"}},
       {"{accept: {min_similarty: 0.5}}", {"accept/min_similarty", "not known", "min_similarity"}},
       {"{views: [ap], image: {masks: {lateral: x.png}}}", {"image/masks/lateral", "not known", "ap"}},

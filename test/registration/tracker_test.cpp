@@ -190,6 +190,29 @@ TEST_F(TrackerTest, ARunOfRefusedFramesMakesLostAndAnAcceptedOneEndsIt) {
   EXPECT_EQ(tracker.refusedInARow(), 0);
 }
 
+TEST_F(TrackerTest, FramesThatCannotBeLookedAtCountAsRefused) {
+  tracker.setPose(poseAt(0.0));
+  accepted(poseAt(0.0), 1.0);
+  refused(1.1);
+  for (int i = 2; i < options.frames_until_lost; ++i) tracker.noteUnusable();
+  EXPECT_EQ(tracker.state(), TrackingState::kTracking);
+  tracker.noteUnusable();
+  EXPECT_EQ(tracker.state(), TrackingState::kLost);
+}
+
+TEST_F(TrackerTest, OnlyWhatIsTrackedIsLost) {
+  tracker.loseTrack();
+  EXPECT_EQ(tracker.state(), TrackingState::kWaitingForPose);
+  tracker.setPose(poseAt(0.0));
+  accepted(poseAt(0.0), 1.0);
+  accepted(poseAt(2.0), 1.1);
+  tracker.loseTrack();
+  EXPECT_EQ(tracker.state(), TrackingState::kLost);
+  accepted(poseAt(3.0), 1.2);
+  EXPECT_FALSE(registrar.was_tracking);
+  EXPECT_LT(distanceMm(registrar.start, poseAt(2.0)), kRoundingMm);  // The velocity is not trusted.
+}
+
 TEST_F(TrackerTest, AnAcceptedFrameBreaksTheRun) {
   tracker.setPose(poseAt(0.0));
   accepted(poseAt(0.0), 1.0);

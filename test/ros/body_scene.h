@@ -73,7 +73,7 @@ class TwoCameras {
   sensor_msgs::Image image(std::vector<PosedVolume> parts, std::size_t view, const ros::Time& stamp,
                            const std::string& frame_id) const {
     for (PosedVolume& part : parts) part.T_camera_volume = viewFromFirst(view) * part.T_camera_volume;
-    std::mt19937_64 random(42 + view);
+    std::mt19937_64 random(42 + view + stamp.toNSec());  // Noise makes every image another.
     return imageMessage(simulateXray(parts, camera_, XrayPhysics{}, &random), stamp, frame_id);
   }
   sensor_msgs::CameraInfo info(const std_msgs::Header& header) const { return infoMessage(camera_, header); }

@@ -47,6 +47,13 @@ void expectRead(const std::string& encoding, const std::vector<T>& values, doubl
   }
 }
 
+TEST(TfFrame, HasNoLeadingSlash) {
+  EXPECT_EQ(tfFrame("/xray_optical"), "xray_optical");
+  EXPECT_EQ(tfFrame("carm/xray_optical"), "carm/xray_optical");
+  EXPECT_EQ(tfFrame(""), "");
+  EXPECT_EQ(tfFrame("/"), "");
+}
+
 TEST(RawImage, ReadsEveryEncodingEndiannessAndRowStep) {
   const std::vector<std::uint8_t> bytes{0, 1, 127, 128, 200, 255};
   const std::vector<std::uint16_t> words{0, 1, 255, 256, 40000, 65535};

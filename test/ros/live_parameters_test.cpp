@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "xray_registration/pipeline/parameters.h"
@@ -41,7 +42,18 @@ TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   EXPECT_EQ(file.image.find.metal, code.image.find.metal);
   EXPECT_EQ(file.frames.ct, code.frames.ct);
   EXPECT_EQ(file.frames.tf_timeout_s, code.frames.tf_timeout_s);
+  EXPECT_EQ(file.frames.allow_change, code.frames.allow_change);
   EXPECT_EQ(file.sync.tolerance_s, code.sync.tolerance_s);
+  EXPECT_EQ(file.stamps.max_ahead_s, code.stamps.max_ahead_s);
+  EXPECT_EQ(file.stamps.max_jump_s, code.stamps.max_jump_s);
+  EXPECT_EQ(file.stamps.frames_until_new, code.stamps.frames_until_new);
+  EXPECT_EQ(file.health.hold_timeout_s, code.health.hold_timeout_s);
+  EXPECT_EQ(file.health.image_age_warn_s, code.health.image_age_warn_s);
+  EXPECT_EQ(file.health.image_age_error_s, code.health.image_age_error_s);
+  EXPECT_EQ(file.health.pose_age_warn_s, code.health.pose_age_warn_s);
+  EXPECT_EQ(file.health.pose_age_error_s, code.health.pose_age_error_s);
+  EXPECT_EQ(file.health.min_rate_hz, code.health.min_rate_hz);
+  EXPECT_EQ(file.health.max_dropped, code.health.max_dropped);
   EXPECT_EQ(file.sync.patience_s, code.sync.patience_s);
   EXPECT_EQ(numbersOf(toConfig(file.registrar.accept)), numbersOf(toConfig(code.registrar.accept)));
   EXPECT_EQ(numbersOf(toConfig(file.registrar)), numbersOf(toConfig(code.registrar)));
@@ -106,6 +118,24 @@ TEST(LiveParameters, ApplyWhatTheyShow) {
   config.similarity = "nonsense";
   apply(config, &options);
   EXPECT_EQ(options.similarity, Similarity::kGainOffset);
+}
+
+TEST(LiveParameters, NumbersThatAreNoneAndUnknownWordsAreProblems) {
+  AcceptConfig accept = toConfig(AcceptOptions{});
+  EXPECT_EQ(problemOf(accept), "");
+  accept.min_similarity = std::nan("");
+  EXPECT_EQ(problemOf(accept), "min_similarity is not a number");
+  TrackingConfig tracking = toConfig(TrackerOptions{});
+  EXPECT_EQ(problemOf(tracking), "");
+  tracking.max_velocity_mm_s = std::nan("");
+  EXPECT_EQ(problemOf(tracking), "max_velocity_mm_s is not a number");
+  SolverConfig solver = toConfig(RegistrarOptions{});
+  EXPECT_EQ(problemOf(solver), "");
+  solver.search_rotation_rad = std::nan("");
+  EXPECT_EQ(problemOf(solver), "search_rotation_rad is not a number");
+  solver = toConfig(RegistrarOptions{});
+  solver.similarity = "nonsense";
+  EXPECT_NE(problemOf(solver).find("'nonsense'; allowed: local_normalised, "), std::string::npos) << problemOf(solver);
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ class Memory(unittest.TestCase):
         write_water(self.large, LARGE_SIDE, 0.5)
         executable = roslib.packages.find_node('xray_registration', 'xray_registration_node')[0]
         self.node = subprocess.Popen([executable, '__name:=limited', '_ct/path:=' + self.small])
+        self.frames = 0
         self.received = []
         rospy.Subscriber('/limited/status', RegistrationStatus, self.received.append)
         self.images = rospy.Publisher('image_raw', Image, queue_size=5)
@@ -57,7 +58,8 @@ class Memory(unittest.TestCase):
         self.assertIsNone(self.node.poll(), 'the node ended by itself')
 
     def publish_frame(self):
-        pixels = bytes((7 * i + 3 * (i // 64)) % 251 for i in range(64 * 64))
+        self.frames += 1  # No image is like the one before it.
+        pixels = bytes([self.frames % 251]) + bytes((7 * i + 3 * (i // 64)) % 251 for i in range(1, 64 * 64))
         image = Image(width=64, height=64, encoding='mono8', step=64, data=pixels)
         image.header.stamp = rospy.Time.now()
         image.header.frame_id = 'xray'

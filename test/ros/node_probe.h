@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "scene.h"
@@ -31,6 +32,29 @@ inline bool waitFor(const std::function<bool()>& condition, double seconds = 30.
   }
   return true;
 }
+
+/// Messages of a topic, as they come.
+template <typename Message>
+class Messages {
+ public:
+  explicit Messages(const std::string& topic) {
+    subscriber_ = node_.subscribe<Message>(topic, 1000, [this](const boost::shared_ptr<const Message>& message) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      messages_.push_back(*message);
+    });
+  }
+  /// Those that came since it was last asked.
+  std::vector<Message> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(messages_, {});
+  }
+
+ private:
+  ros::NodeHandle node_;
+  std::mutex mutex_;
+  std::vector<Message> messages_;
+  ros::Subscriber subscriber_;
+};
 
 class NodeProbe {
  public:

@@ -156,6 +156,23 @@ class SlowCt {
   SlowCt& operator=(const SlowCt&) = delete;
 
   std::string path() const { return (folder_ / "slow.nhdr").string(); }
+  /// Releases the reader, again and again, until its answer is there.
+  class ReleasedUntil {
+   public:
+    ReleasedUntil(const SlowCt& slow, const std::future<LoadCt::Response>& answer) : slow_(slow), answer_(answer) {}
+    ~ReleasedUntil() {
+      while (answer_.valid() && answer_.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+        slow_.release();
+      }
+    }
+    ReleasedUntil(const ReleasedUntil&) = delete;
+    ReleasedUntil& operator=(const ReleasedUntil&) = delete;
+
+   private:
+    const SlowCt& slow_;
+    const std::future<LoadCt::Response>& answer_;
+  };
+
   /// Whether the reader waits at the pipe; once true it goes on, and finds that there are no voxels.
   bool release() const {
     const int pipe = open((folder_ / "voxels.raw").c_str(), O_WRONLY | O_NONBLOCK);
@@ -175,6 +192,8 @@ TEST_F(Node, AnswersWhileACtIsLoaded) {
   const ros::Subscriber subscriber = node.subscribe<diagnostic_msgs::DiagnosticArray>(
       "/diagnostics", 10, [&](const diagnostic_msgs::DiagnosticArrayConstPtr&) { ++diagnostics; });
   std::future<LoadCt::Response> first = std::async(std::launch::async, [&] { return probe_->loadCt(slow.path()); });
+  // A future waits in its destructor: however this case ends, somebody has to let the reader go before.
+  const SlowCt::ReleasedUntil released(slow, first);
   ASSERT_TRUE(waitFor([&] { return probe_->answer(publish(scene_->pose(0))).reason == "a CT is being loaded"; }));
 
   std::future<LoadCt::Response> second =
@@ -187,7 +206,7 @@ TEST_F(Node, AnswersWhileACtIsLoaded) {
   EXPECT_TRUE(waitFor([&] { return isReady(second) && isReady(other) && diagnostics > diagnostics_before; }, 10.0));
   EXPECT_FALSE(isReady(first));
 
-  EXPECT_TRUE(waitFor([&] {
+  ASSERT_TRUE(waitFor([&] {
     slow.release();
     return isReady(first);
   }));
@@ -229,16 +248,6 @@ TEST_F(Node, IsLostAndFindsBack) {
   const ros::Time stamp = publish(scene_->pose(1));
   expectAccepted(stamp, scene_->pose(1));
   EXPECT_EQ(probe_->answer(stamp).state, RegistrationStatus::TRACKING);
-}
-
-TEST_F(Node, KeepsThePoseWhenTheClockIsSetBack) {
-  ASSERT_NO_FATAL_FAILURE(track(0));
-  stamp_ -= ros::Duration(50.05);  // Not a stamp that was there before.
-  for (int i = 0; i < 3; ++i) {
-    const ros::Time stamp = publish(scene_->pose(i));
-    expectAccepted(stamp, scene_->pose(i));
-    EXPECT_TRUE(waitFor([&] { return !probe_->transforms(stamp).empty(); }));
-  }
 }
 
 TEST_F(Node, CountsWhatReachedTheSolverAndWhatWasAccepted) {
@@ -449,12 +458,38 @@ TEST_F(Node, TuningChangesLive) {
   expectAccepted(publish(scene_->pose(1)), scene_->pose(1));
 }
 
+TEST_F(Node, TuningThatIsNoneIsRefused) {
+  ASSERT_NO_FATAL_FAILURE(track(1));
+  dynamic_reconfigure::Reconfigure call;
+  call.request.config.doubles.resize(2);
+  call.request.config.doubles[0].name = "max_jump_mm";
+  call.request.config.doubles[0].value = 17.0;
+  call.request.config.doubles[1].name = "min_similarity";
+  call.request.config.doubles[1].value = std::nan("");
+  ASSERT_TRUE(ros::service::call("registration/accept/set_parameters", call));
+  for (const auto& stays : call.response.config.doubles) {  // All of it or nothing.
+    if (stays.name == "max_jump_mm") {
+      EXPECT_EQ(stays.value, 30.0);
+    }
+    EXPECT_FALSE(std::isnan(stays.value)) << stays.name;
+  }
+  dynamic_reconfigure::Reconfigure words;
+  words.request.config.strs.resize(1);
+  words.request.config.strs[0].name = "similarity";
+  words.request.config.strs[0].value = "nonsense";
+  ASSERT_TRUE(ros::service::call("registration/solver/set_parameters", words));
+  ASSERT_EQ(words.response.config.strs.size(), 1U);
+  EXPECT_EQ(words.response.config.strs[0].value, "local_normalised");
+  expectAccepted(publish(scene_->pose(1)), scene_->pose(1));
+}
+
 TEST_F(Node, CountsWhatItCannotHold) {
   ASSERT_NO_FATAL_FAILURE(track(1));
   // Faster than any device: the messages are made beforehand and sent without a pause.
   constexpr int kFrames = 150;
   const sensor_msgs::Image image = scene_->image(scene_->pose(1), ros::Time(1.0), kFrame);
   std::vector<sensor_msgs::Image> frames(kFrames, image);
+  for (int i = 0; i < kFrames; ++i) frames[i].data[0] = static_cast<std::uint8_t>(i);  // None is held.
   const RegistrationStatus before = probe_->answer(publish(scene_->pose(1)));
   const std::size_t statuses_before = probe_->statusCount();
   RegistrationStatus after = before;

@@ -2,11 +2,13 @@
 """The node as a process: what it exits with, how long it takes to end, and what it says without a device."""
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import xmlrpc.client
 
 import roslib.packages
 import rospy
@@ -32,9 +34,10 @@ class Process(unittest.TestCase):
         executable = roslib.packages.find_node("xray_registration", "xray_registration_node")[0]
         self.run_process([executable, "__name:=under_test"] + list(arguments))
 
-    def run_process(self, line):
+    def run_process(self, line, environment=None):
         self.output = tempfile.TemporaryFile("w+")
-        self.process = subprocess.Popen(line, stdout=self.output, stderr=subprocess.STDOUT, env=dict(os.environ))
+        self.process = subprocess.Popen(line, stdout=self.output, stderr=subprocess.STDOUT,
+                                        env=environment or dict(os.environ))
 
     def text(self):
         self.output.seek(0)
@@ -128,13 +131,70 @@ class Process(unittest.TestCase):
             loader.wait(timeout=ROSLAUNCH_PATIENCE)
 
     def test_ends_in_time_at_work(self):
-        self.start("_ct/path:=/nowhere/ct.nii.gz")
-        status = self.status_until(lambda s: s.reason == "no CT is loaded")
-        self.assertEqual(status.state, RegistrationStatus.WAITING_FOR_CT)
-        self.assertFalse(status.accepted or status.registered)
-        self.process.send_signal(signal.SIGINT)
+        for ends_it in (signal.SIGINT, signal.SIGTERM):
+            self.start("_ct/path:=/nowhere/ct.nii.gz")
+            status = self.status_until(lambda s: s.reason == "no CT is loaded")
+            self.assertEqual(status.state, RegistrationStatus.WAITING_FOR_CT)
+            self.assertFalse(status.accepted or status.registered)
+            self.process.send_signal(ends_it)
+            self.assertEqual(self.process.wait(timeout=ROSLAUNCH_PATIENCE), 0, ends_it)
+            rospy.delete_param("/under_test")
+
+    def start_master(self, port):
+        master = subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL)
+        self.addCleanup(lambda: (master.kill(), master.wait()))
+        return master
+
+    def registered(self, port):
+        """What the master on a port knows of the node: published topics, subscribed ones, services."""
+        try:
+            state = xmlrpc.client.ServerProxy('http://localhost:%d' % port).getSystemState('/test')[2]
+        except (OSError, xmlrpc.client.Error):
+            return None
+        return [{name for name, nodes in kind if '/under_test' in nodes} for kind in state]
+
+    def until(self, condition, what):
+        end = time.monotonic() + 30.0
+        while time.monotonic() < end:
+            found = condition()
+            if found:
+                return found
+            time.sleep(0.1)
+        self.fail(what + '\n' + self.text())
+
+    def test_master_that_dies_and_comes_back(self):
+        with socket.socket() as free:
+            free.bind(('', 0))
+            port = free.getsockname()[1]
+        environment = dict(os.environ, ROS_MASTER_URI='http://localhost:%d' % port)
+        master = self.start_master(port)
+        self.until(lambda: self.registered(port) is not None, 'no master')
+        executable = roslib.packages.find_node('xray_registration', 'xray_registration_node')[0]
+        self.run_process([executable, '__name:=under_test'], environment)
+        # Images are what it subscribes to last.
+        self.until(lambda: '/image_raw' in self.registered(port)[1], 'the node did not start')
+        before = self.registered(port)
+        for name, kind in (('/under_test/status', 0), ('/camera_info', 1), ('/under_test/accept/set_parameters', 2)):
+            self.assertIn(name, before[kind])
+        time.sleep(2.0)  # The node has looked at the master, and knows what it has there.
+        master.kill()
+        master.wait()
+        self.until(lambda: 'does not answer' in self.text(), 'the node did not say that the master is gone')
+        self.start_master(port)
+        self.until(lambda: 'the ROS master is back' in self.text(), 'the node did not say that the master is back')
+        self.assertEqual(self.registered(port), before)
+        # Who comes now finds the node, and is found: an image goes in, and a status comes out.
+        camera = subprocess.Popen(
+            ['rostopic', 'pub', '-r', '5', '/image_raw', 'sensor_msgs/Image',
+             '{header: auto, height: 1, width: 1, encoding: mono8, step: 1, data: [7]}'], env=environment,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(lambda: (camera.kill(), camera.wait()))
+        status = subprocess.run(['rostopic', 'echo', '-n', '1', '/under_test/status/reason'], env=environment, timeout=60,
+                                stdout=subprocess.PIPE, universal_newlines=True)
+        self.assertRegex(status.stdout, 'no CT is loaded|stamp was already handled')  # rostopic repeats its stamp.
+        self.process.send_signal(signal.SIGTERM)
         self.assertEqual(self.process.wait(timeout=ROSLAUNCH_PATIENCE), 0)
-        rospy.delete_param("/under_test")
 
     def test_ends_in_time_while_starting(self):
         self.start()

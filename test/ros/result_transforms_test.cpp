@@ -106,6 +106,25 @@ TEST(ResultTransforms, ImagesInAFrameThatIsFoundAreNamed) {
   EXPECT_NE(frameProblem("ct", {}, kBodies).find("frames/ct"), std::string::npos);
   EXPECT_NE(frameProblem("t11_link", {}, kBodies).find("'T11'"), std::string::npos);
   EXPECT_EQ(frameProblem("T11", {}, kBodies), "");
+  EXPECT_NE(frameProblem("", {}, kBodies), "");
+}
+
+TEST(FrameChange, GivesTwoParents) {
+  FrameParameters frames;
+  EXPECT_EQ(frameChangeProblem("ap", "", frames), "");
+  EXPECT_EQ(frameChangeProblem("ap", "ap", frames), "");
+  const std::string problem = frameChangeProblem("lateral", "ap", frames);
+  for (const char* word : {"'lateral'", "'ap'", "two parents", "~reset", "frames/allow_change"}) {
+    EXPECT_NE(problem.find(word), std::string::npos) << problem;
+  }
+  frames.allow_change = true;
+  EXPECT_EQ(frameChangeProblem("lateral", "ap", frames), "");
+}
+
+TEST(StartFrame, IsNoneThatIsPlaced) {
+  EXPECT_EQ(startFrameProblem("xray_optical", {}, kBodies), "");
+  EXPECT_NE(startFrameProblem("ct", {}, kBodies).find("frames/ct"), std::string::npos);
+  EXPECT_NE(startFrameProblem("t11_link", {}, kBodies).find("'T11'"), std::string::npos);
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ class Scene {
 
   sensor_msgs::Image image(const RigidTransform& T_camera_ct, const ros::Time& stamp,
                            const std::string& frame_id) const {
-    std::mt19937_64 random(42);
+    std::mt19937_64 random(42 + stamp.toNSec());  // Noise makes every image another, as with a real detector.
     const Image<std::uint16_t> xray = simulateXray(attenuation_, T_camera_ct, camera_, XrayPhysics{}, &random);
     return imageMessage(xray, stamp, frame_id);
   }

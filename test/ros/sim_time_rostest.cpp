@@ -28,11 +28,19 @@ TEST(SimulatedTime, JumpForgetsThePoseAndKeepsTheCt) {
     return probe.answer(image.header.stamp);
   };
 
-  setClock(100.0);
+  // Simulated time is set, and nobody publishes it.
   ASSERT_TRUE(probe.connected());
+  RegistrationStatus status;
+  ASSERT_TRUE(waitFor([&] {
+    status = publish(99.0);
+    return status.reason.find("/clock") != std::string::npos;
+  })) << status.reason;
+  setClock(100.0);
   ASSERT_TRUE(probe.loadCt(scene.ctPath()).success);
   ASSERT_TRUE(probe.setPose(scene.disturbed(scene.pose(0)), kFrame).success);
-  RegistrationStatus status = publish(100.0);
+  ASSERT_TRUE(waitFor([&] { return ros::Time::now() == ros::Time(100.0); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // The node has its own connection to the clock.
+  status = publish(100.0);
   ASSERT_TRUE(status.accepted) << status.reason;
   EXPECT_EQ(status.state, RegistrationStatus::TRACKING);
   setClock(100.5);
@@ -45,6 +53,27 @@ TEST(SimulatedTime, JumpForgetsThePoseAndKeepsTheCt) {
   ASSERT_TRUE(waitFor([&] { return ros::Time::now() == ros::Time(100.45); }));
   std::this_thread::sleep_for(std::chrono::milliseconds(300));  // The node looks at the clock every 100 ms.
   status = publish(100.6);
+  ASSERT_TRUE(status.accepted) << status.reason;
+
+  // One that is far off changes nothing.
+  for (const double seconds : {95.0, 3700.0}) {
+    status = publish(seconds);
+    EXPECT_FALSE(status.accepted);
+    EXPECT_EQ(status.state, RegistrationStatus::TRACKING) << status.reason;
+    EXPECT_TRUE(probe.poses(ros::Time(seconds)).empty());
+  }
+  status = publish(100.7);
+  ASSERT_TRUE(status.accepted) << status.reason;
+
+  // A run of them, in order, is another recording, also when the clock stands.
+  for (const double seconds : {50.0, 50.1}) {
+    status = publish(seconds);
+    EXPECT_EQ(status.state, RegistrationStatus::TRACKING) << status.reason;
+  }
+  status = publish(50.2);
+  EXPECT_EQ(status.state, RegistrationStatus::WAITING_FOR_POSE) << status.reason;
+  ASSERT_TRUE(probe.setPose(scene.disturbed(scene.pose(0)), kFrame).success);
+  status = publish(50.3);
   ASSERT_TRUE(status.accepted) << status.reason;
 
   // The recording starts again. Frames may be lost while the subscriptions are made anew.
@@ -77,6 +106,19 @@ TEST(SimulatedTime, JumpForgetsThePoseAndKeepsTheCt) {
     return status.accepted != 0;
   })) << status.reason;
   EXPECT_TRUE(waitFor([&] { return probe.transforms(status.header.stamp).size() == 1U; }));
+
+  // A loop that is shorter than a second is a recording that starts again, too.
+  const double end = seconds;
+  setClock(end - 0.5);
+  ASSERT_TRUE(waitFor([&] {
+    probe.setPose(scene.disturbed(scene.pose(0)), kFrame);
+    seconds = end - 0.45 + 0.001 * static_cast<double>(probe.statusCount() % 100);
+    const sensor_msgs::Image image = scene.image(scene.pose(0), ros::Time(seconds), kFrame);
+    probe.publish(image, scene.info(image.header));
+    waitFor([&] { return !probe.statuses(image.header.stamp).empty(); }, 1.0);
+    const std::vector<RegistrationStatus> answers = probe.statuses(image.header.stamp);
+    return !answers.empty() && answers.back().accepted;
+  }));
 
   // The clock stands still now; the node must go on telling how it is.
   std::atomic<int> diagnostics{0};

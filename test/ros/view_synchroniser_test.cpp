@@ -14,11 +14,11 @@ class Scene {
   explicit Scene(std::vector<std::string> views)
       : synchroniser_(options(std::move(views)), [this](FrameMessages frame) { frames.push_back(std::move(frame)); }) {}
 
-  void image(std::size_t view, double stamp) {
+  void image(std::size_t view, double stamp, const std::optional<double>& held_for_s = std::nullopt) {
     auto message = boost::make_shared<sensor_msgs::Image>();
     message->header.stamp = ros::Time(stamp);
     message->header.frame_id = "view" + std::to_string(view);
-    synchroniser_.addImage(view, message, now);
+    synchroniser_.addImage(view, message, now, held_for_s);
   }
   void info(std::size_t view, double stamp) {
     auto message = boost::make_shared<sensor_msgs::CameraInfo>();
@@ -59,6 +59,23 @@ TEST(ViewSynchroniser, PairsInEitherOrder) {
   EXPECT_TRUE(scene.frames[1].complete());
   EXPECT_EQ(scene.frames[1].header.stamp, ros::Time(1.1));
   EXPECT_EQ(scene.frames[1].header.frame_id, "view0");
+}
+
+TEST(ViewSynchroniser, CarriesWhatIsKnownOfAnImage) {
+  Scene scene({""});
+  const Clock::time_point first = scene.now;
+  scene.image(0, 1.0, 0.5);
+  scene.pass(0.1);
+  scene.info(0, 1.0);
+  scene.info(0, 1.1);
+  scene.image(0, 1.1, 0.6);
+  scene.both(0, 1.2);
+  ASSERT_EQ(scene.frames.size(), 3U);
+  EXPECT_EQ(scene.frames[0].views[0].held_for_s, 0.5);
+  EXPECT_EQ(scene.frames[0].arrived, first);
+  EXPECT_EQ(scene.frames[1].views[0].held_for_s, 0.6);
+  EXPECT_EQ(scene.frames[1].arrived, scene.now);
+  EXPECT_FALSE(scene.frames[2].views[0].held_for_s);
 }
 
 TEST(ViewSynchroniser, ImageWithoutInfoIsGivenOutByTheNextPair) {

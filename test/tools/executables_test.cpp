@@ -369,7 +369,7 @@ TEST_F(ExecutablesTest, ImagesWithoutAStampAreRefused) {
   const Outcome outcome = tools().run(
       "register_bag --ct head.nii.gz --initial-pose-topic /lateral/ground_truth --bag unstamped.bag "
       "--output refused.bag --json refused.json");
-  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  ASSERT_EQ(outcome.code, 1) << outcome.error;
   const auto frames = nlohmann::json::parse(contents(tools().path("refused.json")))["frames"];
   ASSERT_EQ(frames.size(), 4U);
   for (const auto& frame : frames) {
@@ -416,7 +416,7 @@ TEST_F(ExecutablesTest, ReportsTheStart) {
                 .run("register_bag --ct head.nii.gz --bag session.bag --initial-pose start.yaml --output start.bag "
                      "--json start.json")
                 .code,
-            0);
+            1);  // A start in which nothing is found.
   const auto report = nlohmann::json::parse(contents(tools().path("start.json")));
   EXPECT_TRUE(rigidFromJson(report["start"]).translation().isApprox(Eigen::Vector3d(100.0, 200.0, 800.0)));
 }
@@ -434,7 +434,8 @@ TEST_F(ExecutablesTest, HopelessStartIsRefusedNotAccepted) {
   std::ofstream(tools().path("away.yaml")) << "{position: [0.5, 0.5, 0.3], orientation: [0, 0, 0, 1]}";
   const Outcome outcome = tools().run(
       "register_bag --ct head.nii.gz --bag session.bag --initial-pose away.yaml --output out2.bag --json out2.json");
-  ASSERT_EQ(outcome.code, 0) << outcome.error;  // Every frame was dealt with; none was good.
+  ASSERT_EQ(outcome.code, 1) << outcome.error;  // Every frame was dealt with; none was good.
+  EXPECT_NE(outcome.error.find("no frame was accepted"), std::string::npos) << outcome.error;
   const auto report = nlohmann::json::parse(contents(tools().path("out2.json")));
   ASSERT_EQ(report.at("frames").size(), 4U);
   for (const auto& frame : report.at("frames")) {

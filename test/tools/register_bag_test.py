@@ -10,6 +10,7 @@ import csv
 import os
 import sys
 
+import genpy
 import rosbag
 import tool_case
 
@@ -139,7 +140,9 @@ class Simulated(BodiesTest):
             config = file.read()
         with open(self.work('strict.yaml'), 'w') as file:
             file.write(config + 'accept: {min_similarity: 0.9999, min_similarity_one_view: 0.9999}\n')
-        output, _ = self.register_session('session', 'strict', config='strict')
+        output, error = self.register_session('session', 'strict', config='strict', expect=1)
+        for word in ('no frame was accepted', '--overlay', '--initial-pose', 'image/kind'):
+            self.assertIn(word, error)
         self.assertIn('hip_left: accepted 0 of 4; last refusal: the CT around it was not accepted: ', output)
         for frame in self.report('strict.json')['frames']:
             for body in frame['bodies'].values():
@@ -179,6 +182,40 @@ class Simulated(BodiesTest):
         self.assertNotIn('ct_accepted', self.table('own.csv')[0])
         _, error = self.register('none', *words, expect=2)
         self.assertIn('--ct is required', error)
+
+    def spoil(self, source, target, spoil):
+        """Copies a bag; `spoil` changes the messages of the frame with this number in their order."""
+        numbers = {}
+        with rosbag.Bag(self.work(source)) as bag, rosbag.Bag(self.work(target), 'w') as output:
+            for topic, message, time in bag.read_messages():
+                if topic in ('/ap/image_raw', '/ap/camera_info'):
+                    spoil(numbers.setdefault(topic, 0), topic, message)
+                    numbers[topic] += 1
+                output.write(topic, message, time)
+
+    def test_no_tf_that_the_node_would_refuse(self):
+        self.tool('simulate_session', '--ct', self.work('pelvis.nii.gz'), '--frames', 8, '--size', 128, '--output',
+                  self.work('good.bag'))
+        frames = {0: '/ap_xray_optical', 2: 'ct', 3: '', 5: 'other_optical'}
+        kept, stamps = [], {}
+
+        def spoil(number, topic, message):
+            stamps[number] = message.header.stamp.to_sec()
+            message.header.frame_id = frames.get(number, message.header.frame_id)
+            if number == 4:
+                message.header.stamp = genpy.Time()
+            if topic == '/ap/image_raw' and number in (5, 6):
+                kept.append(message.data)
+                message.data = kept[0]
+        self.spoil('good.bag', 'lying.bag', spoil)
+        self.register('spoilt', '--ct', self.work('pelvis.nii.gz'), '--bag', self.work('lying.bag'),
+                      '--initial-pose-topic', '/ap/ground_truth')
+        with rosbag.Bag(self.work('spoilt.bag')) as bag:
+            self.assertEqual(transforms(bag), {('ap_xray_optical', 'ct'): [stamps[0], stamps[1], stamps[7]]})
+        reasons = [frame['reason'] for frame in self.report('spoilt.json')['frames']]
+        for reason, word in zip(reasons, ('no stamp', '', '', 'frames/ct', 'no frame_id', 'two parents', 'held', '')):
+            self.assertIn(word, reason)
+            self.assertEqual(word == '', reason == '', reasons)
 
     def test_evaluate_tells_of_bodies(self):
         words = ['--ct', self.work('pelvis.nii.gz'), '--bag', self.work('session.bag'), '--config', self.work('pelvis.yaml')]

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,12 @@ class NodeStatistics {
     double latency_s = 0.0;  ///< Mean over the window.
     double max_latency_s = 0.0;
     double solve_ms = 0.0;
-    double rate_hz = 0.0;  ///< Frames that were accepted, on the wall's clock.
+    double rate_hz = 0.0;               ///< Frames that were accepted, on the wall's clock.
+    double received_hz = 0.0;           ///< Frames and refused images.
+    double dropped_share = 0.0;         ///< Of the frames of the window.
+    double uptime_s = 0.0;              ///< Since these statistics began.
+    std::optional<double> image_age_s;  ///< Since the last image, whatever became of it; nothing before the first.
+    std::optional<double> pose_age_s;   ///< Since the last accepted frame.
   };
 
   void frameReceived();
@@ -64,8 +70,17 @@ class NodeStatistics {
     double latency_s = 0.0;
     double solve_ms = 0.0;
   };
+  /// When something happened, of the last five seconds.
+  using Times = std::deque<Clock::time_point>;
+  static void note(Times* times);
+
   mutable std::mutex mutex_;
   Snapshot values_;
+  Clock::time_point start_ = Clock::now();
+  std::optional<Clock::time_point> last_image_;
+  std::optional<Clock::time_point> last_accepted_;
+  Times received_;
+  Times dropped_;
   std::deque<Accepted> window_;  ///< The last five seconds.
 };
 

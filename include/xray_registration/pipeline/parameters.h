@@ -10,6 +10,8 @@
 #include "xray_registration/image/mask.h"
 #include "xray_registration/image/xray_frame.h"
 #include "xray_registration/pipeline/body_parameters.h"
+#include "xray_registration/pipeline/health.h"
+#include "xray_registration/pipeline/stamp_guard.h"
 #include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/registration/tracker.h"
 #include "xray_registration/volume/attenuation.h"
@@ -62,6 +64,8 @@ struct FrameParameters {
   bool publish_tf = true;
   bool invert_tf = false;      ///< The CT becomes the parent.
   double tf_timeout_s = 0.05;  ///< How long a frame waits for its transforms.
+  /// The first view's frame may be another one in mid-stream: then the CT gets another parent in tf.
+  bool allow_change = false;
 };
 
 /// sync/…
@@ -78,6 +82,8 @@ struct NodeParameters {
   ImageParameters image;
   FrameParameters frames;
   SyncParameters sync;
+  StampParameters stamps;
+  HealthParameters health;
   std::vector<std::string> views;  ///< Empty: one view, topics without a prefix.
   std::string device = "auto";
   RegistrarOptions registrar;  ///< method, accept/…, solver/…, paper/…

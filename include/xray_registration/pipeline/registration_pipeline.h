@@ -99,6 +99,11 @@ class RegistrationPipeline {
   FrameOutcome process(double stamp_s, std::vector<RawView> views,
                        const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt);
 
+  /// A frame that never came to process() counts as a refused one.
+  void noteUnusable();
+  /// Nothing was seen for too long: what is tracked is lost, and the next frame is a cold start from the last pose.
+  void loseTrack();
+
   /// DRR of the present CT in line integrals. Empty, with the fault set, when the device fails; empty without a CT.
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct);
   /// The same of a frame's result with the bodies where they were found, accepted or not, as one of its views sees it.
@@ -138,6 +143,7 @@ class RegistrationPipeline {
  private:
   RegistrationPipeline(NodeParameters parameters, DeviceHost device, Logger logger);
   std::string reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome);
+  std::string startProblem(double stamp_s, const FrameOutcome& frame);
   void upload(std::vector<RegisteredBody> own);
   void closeOwn();
   void refuseBodies(const std::string& reason, RegistrationResult* result) const;

@@ -54,6 +54,11 @@ class Tracker {
   RegistrationResult process(Registrar* registrar, const std::vector<ViewInput>& views, double stamp_s,
                              const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt);
 
+  /// A frame that could not be looked at counts as a refused one.
+  void noteUnusable();
+  /// Nothing was seen for too long: from TRACKING to LOST, as a run of refused frames makes it.
+  void loseTrack();
+
   /// New bounds from the next frame on; the history is kept.
   void setOptions(const TrackerOptions& options) { options_ = options; }
 

@@ -22,6 +22,9 @@ inline std::chrono::nanoseconds sinceZero(const ros::Time& time) {
   return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nsec);
 }
 
+/// A frame's name as tf2 has it: without the leading slash of tf's first version.
+std::string tfFrame(std::string frame_id);
+
 /// Reads mono8, mono16, 8UC1, 16UC1 and 32FC1 of either endianness and any row step.
 /// @throws FrameError for any other encoding, a zero size, a row step shorter than a row, or too little data.
 RawImage rawImage(const sensor_msgs::Image& message);

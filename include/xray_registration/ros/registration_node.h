@@ -11,7 +11,9 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <atomic>
 #include <boost/thread/recursive_mutex.hpp>
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,7 +25,10 @@
 #include "xray_registration/SolverConfig.h"
 #include "xray_registration/TrackingConfig.h"
 #include "xray_registration/pipeline/clock_watch.h"
+#include "xray_registration/pipeline/console_help.h"
 #include "xray_registration/pipeline/parameters.h"
+#include "xray_registration/ros/image_gate.h"
+#include "xray_registration/ros/master_watch.h"
 #include "xray_registration/ros/registration_worker.h"
 #include "xray_registration/ros/view_synchroniser.h"
 
@@ -51,7 +56,9 @@ class RegistrationNode {
 
  private:
   // On the image thread.
+  void nameInputs();
   void subscribe();
+  void takeImage(std::size_t view, const sensor_msgs::ImageConstPtr& image);
   void watch();
   void followClock();
 
@@ -67,7 +74,18 @@ class RegistrationNode {
   void subscribePose(const std::string& topic, const ros::NodeHandle& node, const std::string& body);
   void advertiseServices();
   void serveTuning();
+  void say(const std::string& error);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const;
+  void help();
+
+  /// What came of one view; counted on the image thread, read by the others.
+  struct Input {
+    std::string image_topic;
+    std::string info_topic;
+    std::atomic<std::uint64_t> images{0};
+    std::atomic<std::uint64_t> infos{0};
+    std::atomic<int> image_publishers{0};
+  };
 
   ros::CallbackQueue image_queue_;
   ros::CallbackQueue service_queue_;
@@ -81,7 +99,10 @@ class RegistrationNode {
   Transforms transforms_;
   std::unique_ptr<RegistrationWorker> worker_;
   ViewSynchroniser synchroniser_;
+  ImageGate gate_;
 
+  std::deque<Input> inputs_;  ///< In the order of the views.
+  ConsoleHelp console_help_;
   std::vector<image_transport::Subscriber> image_subscribers_;
   std::vector<ros::Subscriber> info_subscribers_;
   std::vector<ros::Subscriber> pose_subscribers_;
@@ -98,6 +119,8 @@ class RegistrationNode {
   std::unique_ptr<dynamic_reconfigure::Server<SolverConfig>> solver_server_;
   std::unique_ptr<dynamic_reconfigure::Server<TrackingConfig>> tracking_server_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+
+  std::unique_ptr<MasterWatch> master_watch_;
 
   // Last: their threads end before anything that they use.
   std::unique_ptr<ros::AsyncSpinner> image_spinner_;

@@ -3,6 +3,7 @@
 #include <xray_registration/Calibrate.h>
 
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <memory>
 #include <optional>
@@ -14,7 +15,6 @@
 #include "xray_registration/pipeline/initial_pose_scope.h"
 #include "xray_registration/pipeline/node_statistics.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
-#include "xray_registration/pipeline/stamp_order.h"
 #include "xray_registration/ros/pose_requests.h"
 #include "xray_registration/ros/publishers.h"
 #include "xray_registration/ros/transforms.h"
@@ -41,6 +41,12 @@ class RegistrationWorker {
   /// this one replaces is answered as dropped.
   void offer(FrameMessages frame);
 
+  /// Answers an image that cannot become part of a frame.
+  void refuseImage(const std_msgs::Header& header, const std::string& reason);
+
+  /// The images' stamps go on elsewhere: tf starts again with them, the pose is kept.
+  void stampsWereSet();
+
   /// Answered at once, without success, while another one is being loaded. Broken when the worker stops before it is
   /// done.
   std::future<Answer> loadCt(const std::string& path, const std::string& series_uid);
@@ -63,6 +69,9 @@ class RegistrationWorker {
   bool enabled() const { return enabled_; }
   void setTuning(const RegistrarOptions& registrar, const TrackerOptions& tracker);
 
+  /// To be called every now and then: what nothing could be said of for too long is LOST.
+  void watch();
+
   /// Optical frame of the first view, once an image has come.
   std::string cameraFrame() const;
 
@@ -82,9 +91,16 @@ class RegistrationWorker {
   void updateStatistics();
 
   void handle(const FrameMessages& frame);
-  std::string stampProblem(const std_msgs::Header& header);
+  void refuseUnusable(const std_msgs::Header& header, const std::string& reason);
+  std::string heldProblem(const FrameMessages& frame) const;
+  void watchNow();
+  void loseTrack(const std::string& why);
+  std::string takeCameraFrame(const ViewMessage& first);
+  void bindCameraFrame(const std::string& frame);
+  void forgetCameraFrame();
   std::vector<RawView> rawViews(const FrameMessages& frame, const std::string& camera_frame) const;
   std::string resolvePose(const std_msgs::Header& header);
+  bool canRegister(const std_msgs::Header& header) const;
   std::string findCamera(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
   void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, const FrameOutcome& outcome);
@@ -104,17 +120,19 @@ class RegistrationWorker {
   std::atomic<bool> opening_{true};   ///< The device, at the start.
   std::atomic<bool> loading_{false};  ///< A CT, from the request on.
   std::atomic<bool> calibrating_{false};
+  std::atomic<bool> watching_{false};  ///< A look is waiting for the worker.
   std::atomic<bool> stopping_{false};
   mutable std::mutex camera_frame_mutex_;
-  std::string camera_frame_;
+  std::string camera_frame_;  ///< Of the newest image of the first view.
+  std::string bound_frame_;   ///< Below which results stand in tf; empty: none do.
 
   // The worker thread's own.
   RegistrationPipeline pipeline_;
   PoseRequests pose_requests_;
   bool register_requested_ = false;
+  std::chrono::steady_clock::time_point last_looked_at_;  ///< When a frame last left the solver.
   InitialPoseScope initial_pose_scope_;
   bool initial_pose_applies_ = true;
-  StampOrder stamps_;
   CalibrationFrames calibration_frames_;
   FrameMessages last_to_calibrate_;               ///< The newest of them.
   std::optional<RigidTransform> T_fixed_camera_;  ///< Of the frame at hand; the identity without frames/fixed.

@@ -18,8 +18,18 @@ std::vector<geometry_msgs::TransformStamped> resultTransforms(const std_msgs::He
                                                               const FrameParameters& frames,
                                                               const std::vector<BodyParameters>& bodies);
 
-/// Why tf cannot hold what is found in an image of this frame: it is the CT's or a body's own. Empty when it can.
+/// Why tf cannot hold what is found in an image of this frame: it has no name, or it is the CT's or a body's own. Empty
+/// when it can.
 std::string frameProblem(const std::string& image_frame, const FrameParameters& frames,
                          const std::vector<BodyParameters>& bodies);
+
+/// Why an image of this frame cannot follow those whose results stand below `until_now`: what is found would have two
+/// parents in tf. Empty when it can, and when nothing stands there yet.
+std::string frameChangeProblem(const std::string& image_frame, const std::string& until_now,
+                               const FrameParameters& frames);
+
+/// Why a start cannot be given in this frame: it is what the registration itself places. Empty when it can.
+std::string startFrameProblem(const std::string& frame_id, const FrameParameters& frames,
+                              const std::vector<BodyParameters>& bodies);
 
 }  // namespace xray_registration

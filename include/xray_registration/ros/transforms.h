@@ -24,6 +24,9 @@ class Transforms {
   std::optional<RigidTransform> lookup(const std::string& target, const std::string& source, const ros::Time& stamp,
                                        double timeout_s, std::string* why) const;
 
+  /// Drops what moves, for stamps that go on elsewhere: tf keeps nothing that is older than what it has.
+  void forget() { buffer_.clear(); }
+
   /// Ends every wait.
   void stop() { stopped_ = true; }
 

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,12 +19,14 @@ struct ViewMessage {
   sensor_msgs::ImageConstPtr image;
   sensor_msgs::CameraInfoConstPtr info;
   std::string problem;
+  std::optional<double> held_for_s;  ///< For how long the same pixels have come; nothing for a new image.
 };
 
 /// What belongs to one instant, in the order of the views.
 struct FrameMessages {
   std_msgs::Header header;  ///< Of the first view's image, or of the first one that is there.
   std::vector<ViewMessage> views;
+  std::chrono::steady_clock::time_point arrived;  ///< Of the first of its images.
   bool complete() const;
 };
 
@@ -44,7 +47,8 @@ class ViewSynchroniser {
 
   ViewSynchroniser(Options options, Callback on_frame);
 
-  void addImage(std::size_t view, const sensor_msgs::ImageConstPtr& image, Clock::time_point now);
+  void addImage(std::size_t view, const sensor_msgs::ImageConstPtr& image, Clock::time_point now,
+                const std::optional<double>& held_for_s = std::nullopt);
   void addInfo(std::size_t view, const sensor_msgs::CameraInfoConstPtr& info);
 
   /// Gives out what has waited longer than the patience. To be called every now and then.
@@ -57,6 +61,7 @@ class ViewSynchroniser {
   struct WaitingImage {
     sensor_msgs::ImageConstPtr image;
     Clock::time_point since;
+    std::optional<double> held_for_s;
   };
   struct View {
     std::deque<WaitingImage> images;

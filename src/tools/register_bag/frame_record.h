@@ -15,6 +15,7 @@ namespace xray_registration::tools {
 struct FrameRecord {
   ros::Time stamp;
   ros::Time received;
+  std::string frame_id;  ///< Of the first view, where its results stand.
   FrameOutcome outcome;
   std::optional<PoseError> error;                ///< Where the bag has the true pose.
   std::map<std::string, PoseError> body_errors;  ///< The same of bodies, by name; targets about the body's centre.

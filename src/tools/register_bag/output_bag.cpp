@@ -133,7 +133,7 @@ void writeOutputBag(const std::string& path, const BagSession& session, const st
   for (const FrameRecord& record : records) {
     std_msgs::Header header;
     header.stamp = record.stamp;
-    header.frame_id = camera_frame;
+    header.frame_id = record.frame_id;
     counts.add(record.outcome);
     output.write(kStatusTopic, record.received, statusOf(record, header, counts, pipeline));
     writePoses(record, header, pipeline, &output);

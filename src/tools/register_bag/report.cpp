@@ -1,7 +1,9 @@
 #include "tools/register_bag/report.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include "tools/common/json_files.h"
@@ -118,6 +120,21 @@ void printSummary(const std::vector<FrameRecord>& records) {
   printErrors(ct);
   if (ct.accepted < records.size()) std::printf("last refusal: %s\n", ct.last_reason.c_str());
   for (const auto& [name, tally] : bodyTallies(records)) printBody(name, tally, records.size());
+}
+
+void requireSomeAccepted(const std::vector<FrameRecord>& records) {
+  const auto some_accepted = [](const FrameRecord& record) {
+    const RegistrationResult& result = record.outcome.result;
+    return result.accepted || std::any_of(result.bodies.begin(), result.bodies.end(),
+                                          [](const BodyResult& body) { return body.accepted; });
+  };
+  if (std::any_of(records.begin(), records.end(), some_accepted)) return;
+  if (records.empty()) throw std::runtime_error("the bag has no frames");
+  throw std::runtime_error(
+      "no frame was accepted; the last was refused because " + records.back().outcome.result.reason +
+      ". Look at --overlay: the red edges of the DRR have to lie near the bones. If they do not, the start "
+      "(--initial-pose, --initial-pose-topic) is wrong, which has to be good to about 15 degrees and 25 mm. If the DRR "
+      "is bright where the X-ray is dark, set image/kind. If it has another size, the CT or camera_info's K is wrong");
 }
 
 }  // namespace xray_registration::tools

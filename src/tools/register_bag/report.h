@@ -14,4 +14,7 @@ nlohmann::json resultsJson(const RigidTransform& T_camera_ct_start, const Eigen:
 /// On standard output: how many were accepted, of the CT and of each body, and, where the truth is known, the errors.
 void printSummary(const std::vector<FrameRecord>& records);
 
+/// @throws std::runtime_error that says what to try, when neither the CT nor a body was accepted in any frame.
+void requireSomeAccepted(const std::vector<FrameRecord>& records);
+
 }  // namespace xray_registration::tools

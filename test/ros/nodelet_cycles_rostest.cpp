@@ -1,0 +1,70 @@
+// A nodelet that is loaded and unloaded again and again leaves nothing behind.
+#include <gtest/gtest.h>
+#include <nodelet/loader.h>
+#include <ros/ros.h>
+#include <std_srvs/Trigger.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace xray_registration {
+namespace {
+
+struct Use {
+  long descriptors = 0;
+  long threads = 0;
+  double resident_mb = 0.0;
+};
+
+long entriesOf(const std::string& folder) {
+  return std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator());
+}
+
+Use used() {
+  std::ifstream file("/proc/self/statm");
+  long size = 0;
+  long resident = 0;
+  file >> size >> resident;
+  return {entriesOf("/proc/self/fd"), entriesOf("/proc/self/task"),
+          static_cast<double>(resident * sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0)};
+}
+
+TEST(NodeletCycles, LeaveNothingBehind) {
+  constexpr int kCycles = 100;
+  constexpr int kWarmUp = 20;  // Kernels, plugins and pools are loaded once.
+  nodelet::Loader loader(false);
+  Use before;
+  for (int i = 0; i < kCycles; ++i) {
+    if (i == kWarmUp) before = used();
+    ASSERT_TRUE(loader.load("/cycle", "xray_registration/RegistrationNodelet", {}, {})) << "cycle " << i;
+    // Its threads serve, and every tenth time its device is open as well.
+    std_srvs::Trigger call;
+    ASSERT_TRUE(ros::service::call("/cycle/reset", call)) << "cycle " << i;
+    if (i % 10 == 0) ros::WallDuration(0.1).sleep();
+    ASSERT_TRUE(loader.unload("/cycle")) << "cycle " << i;
+  }
+  const Use after = used();
+  std::printf("from cycle %d to %d: %ld to %ld descriptors, %ld to %ld threads, %.1f to %.1f MiB\n", kWarmUp, kCycles,
+              before.descriptors, after.descriptors, before.threads, after.threads, before.resident_mb,
+              after.resident_mb);
+  // A connection to another node, or a thread that is just ending, may come and go.
+  EXPECT_LE(after.descriptors, before.descriptors + 4);
+  EXPECT_LE(after.threads, before.threads + 2);
+  // A tenth of a MiB a cycle: less than the smallest thing that a node owns (a program of the device has several).
+  EXPECT_LT(after.resident_mb, before.resident_mb + 0.1 * (kCycles - kWarmUp));
+}
+
+}  // namespace
+}  // namespace xray_registration
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "nodelet_cycles_rostest");
+  const ros::NodeHandle node;
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  return RUN_ALL_TESTS();
+}
