@@ -198,7 +198,7 @@ TEST_F(Pipeline, WithoutItsFirstViewAFrameKeepsThePoseInTheFirstViewsFrame) {
   missing.name = "a";
   RawView second = someView("b");
   second.T_view_first.linear() = rotationFromVector(Eigen::Vector3d(0.0, M_PI / 2.0, 0.0));
-  second.T_view_first.translation() = Eigen::Vector3d(900.0, 0.0, 900.0);
+  second.T_view_first.translation() = Eigen::Vector3d(-900.0, 0.0, 900.0);
   const FrameOutcome outcome = pipeline.process(1.0, {missing, second});
   ASSERT_TRUE(outcome.result.accepted) << outcome.result.reason;
   // The registrar sees the second view as the first one ...

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "xray_registration/common/dicom_structure.h"
 #include "xray_registration/common/itk_quiet.h"
 #include "xray_registration/image/xray_dicom.h"
 
@@ -198,6 +199,7 @@ FileContents readFile(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) refuse(path, "there is no such file");
   if (!std::ifstream(path)) refuse(path, "the file cannot be opened; are you allowed to read it?");
   if (!looksLikeDicom(path)) refuse(path, "it is no DICOM file");
+  if (!dicomStructure(path).is_whole) refuse(path, "it is cut off or damaged: its elements do not end within it");
   const QuietItk quiet;
   FileContents contents;
   try {
