@@ -83,7 +83,7 @@ class CalibrateTest(tool_case.ToolTest):
             file.write('image: {undistortion_map: %s}\n' % self.work('map/undistortion_map.yaml'))
         self.tool('register_bag', '--ct', self.work('head.nii.gz'), '--bag', self.work('session.bag'), '--views',
                   'ap,oblique', '--initial-pose-topic', '/ap/ground_truth', '--config', self.work('config.yaml'), '--output',
-                  self.work('out.bag'), '--json', self.work('out.json'))
+                  self.work('out.bag'), '--json', self.work('out.json'), expect=1)
         reason = self.report('out.json')['frames'][0]['reason']
         for words in '128 × 128', '300 × 300', 'image/undistortion_map':
             self.assertIn(words, reason)
