@@ -32,6 +32,19 @@ bool isShortVr(const std::string& vr) {
 // An element does not fit.
 struct Broken {};
 
+struct KnownElement {
+  std::uint32_t tag;
+  const char* vr;
+};
+
+// What GDCM takes to have the VR of the standard (PS3.6) without a look, and ends the process where it has not.
+constexpr std::array<KnownElement, 25> kKnown = {
+    {{0x00080008, "CS"}, {0x00080016, "UI"}, {0x00080060, "CS"}, {0x00180050, "DS"}, {0x00180088, "DS"},
+     {0x00181164, "DS"}, {0x00200032, "DS"}, {0x00200037, "DS"}, {0x00280002, "US"}, {0x00280004, "CS"},
+     {0x00280006, "US"}, {0x00280008, "IS"}, {0x00280010, "US"}, {0x00280011, "US"}, {0x00280030, "DS"},
+     {0x00280034, "IS"}, {0x00280100, "US"}, {0x00280101, "US"}, {0x00280102, "US"}, {0x00280103, "US"},
+     {0x00281050, "DS"}, {0x00281051, "DS"}, {0x00281052, "DS"}, {0x00281053, "DS"}, {0x00281054, "LO"}}};
+
 struct Encoding {
   bool explicit_vr = true;
   bool big_endian = false;
@@ -42,6 +55,15 @@ struct Element {
   std::string vr;
   std::uint32_t length = 0;
 };
+
+void checkKnown(const Element& element) {
+  for (const KnownElement& known : kKnown) {
+    if (element.tag != known.tag) continue;
+    const bool is_short = std::string(known.vr) == "US";
+    if (!element.vr.empty() && element.vr != "UN" && element.vr != known.vr) throw Broken();
+    if (is_short && element.length != 0 && element.length != sizeof(std::uint16_t)) throw Broken();
+  }
+}
 
 class Walk {
  public:
@@ -195,6 +217,7 @@ class Walk {
       // GDCM takes the file for one of another encoding, and does not survive what it then reads.
       if (depth == 0 && one.tag <= last_tag) throw Broken();
       last_tag = one.tag;
+      checkKnown(one);
       if (one.tag == kItemEnd && depth > 0) return;
       if (depth == 0 && one.tag == kPixels) {
         pixels_ = one;

@@ -97,7 +97,7 @@ RigidTransform turned(const RigidTransform& T_camera_ct, const Eigen::Vector3d& 
 
 std::string inWords(const Eigen::Matrix3d& turn, double as_given, double best) {
   const Eigen::AngleAxisd angle_axis(turn);
-  const Eigen::Vector3d axis = angle_axis.axis();
+  const Eigen::Vector3d& axis = angle_axis.axis();
   Eigen::Index largest = 0;
   const bool about_one = axis.cwiseAbs().maxCoeff(&largest) > 0.99;
   char about[64];

@@ -59,7 +59,7 @@ BodySolution searchBody(BodyObjective* objective, const RigidTransform& T_camera
 
 Solution trackBody(BodyObjective* objective, const RigidTransform& start) {
   // A prediction is nearly there: the coarse level, and what surrounds the body on it, is only drawn where it was not.
-  const Solution near = descend(objective, start, 0, kTrackedFineSteps);
+  Solution near = descend(objective, start, 0, kTrackedFineSteps);
   if (near.converged && !near.failed) return near;
   return descend(objective, start, kCoarseSteps, kFineSteps);
 }

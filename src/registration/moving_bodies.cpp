@@ -223,7 +223,7 @@ std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const
     for (std::size_t i = 0; i < count; ++i) places[i] = found(frame, i);
     solveEach(&frame, places, [&](std::size_t i, BodyObjective* objective) { refine(&frame, i, objective); });
   }
-  const std::vector<BodyResult> results = judge(frame);
+  std::vector<BodyResult> results = judge(frame);
   for (std::size_t i = 0; i < count; ++i) {
     bodies_[i].found = results[i].accepted;
     if (bodies_[i].found) bodies_[i].T_ct_body = frame.T_ct_body[i];

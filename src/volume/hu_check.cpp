@@ -159,7 +159,7 @@ HuDoubt doubtAbout(const FileImage<std::int16_t>& image, const FileRule& rule) {
     const HuRange range = rangeOf(image.facts, rule);
     return range.high > kLargestHu || range.low < -kLargestHu ? doubtAboutRange(image, rule) : HuDoubt{};
   }
-  const HuDoubt range = doubtAboutRange(image, rule);
+  HuDoubt range = doubtAboutRange(image, rule);
   if (!range.what.empty()) return range;
   const HuHistogram whole(image.voxels);
   const auto at_edges = valueAtEdges(image.voxels, image.grid.size);

@@ -24,7 +24,7 @@ std::string FrameFilter::problem(const BagFrame& frame) {
   // Poses of one stamp contradict each other in tf: a view that came late may make a second frame of it.
   if (!stamps_.insert(frame.stamp).second) return "a frame with this stamp was already handled";
   const std::string frame_id = frameId(frame);
-  const std::string problem = frameProblem(frame_id, frames_, bodies_);
+  std::string problem = frameProblem(frame_id, frames_, bodies_);
   if (!problem.empty()) return problem;
   const std::string change = frameChangeProblem(frame_id, session_.views().front().frame_id, frames_);
   return change.empty() ? held : change;
