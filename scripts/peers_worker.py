@@ -24,7 +24,8 @@ class Problem:
         self.told = told
         file = nibabel.load(told['ct'])
         hu = numpy.asarray(file.dataobj, dtype=numpy.float32)
-        self.mu = torch.from_numpy(numpy.where(hu < THRESHOLD_HU, 0, WATER_PER_MM * (1 + hu / 1000)).astype(numpy.float32))
+        mu = numpy.where(hu < THRESHOLD_HU, 0, WATER_PER_MM * (1 + hu / 1000))
+        self.mu = torch.from_numpy(numpy.ascontiguousarray(mu, dtype=numpy.float32))
         self.affine = torch.from_numpy(file.affine).double()  # Indices to RAS, mm.
         lps_from_ras = torch.diag(torch.tensor([-1.0, -1, 1, 1], dtype=torch.float64))
         T_camera_ras = torch.tensor(told['T_camera_lps'], dtype=torch.float64) @ lps_from_ras
