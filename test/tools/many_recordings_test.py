@@ -60,7 +60,7 @@ class ManyRecordings(tool_case.ToolTest):
         def line(folder, bag):
             # In GNU parallel's words {/.} would be the name; a shell has it where xargs works.
             return ['sh', '-ec', 'name=$(basename "$1" .bag); folder=$2; shift 2; '
-                    '"$@" --output "$folder/$name.bag" --json "$folder/$name.json" --bag "%s/$name.bag"' % self.work_folder,
+                    'exec "$@" --output "$folder/$name.bag" --json "$folder/$name.json" --bag "%s/$name.bag"' % self.work_folder,
                     'sh', bag, folder] + self.command('register_bag', '--initial-pose-topic', '/ap/ground_truth',
                                                       '--disturb', '2,3')
         for folder in ('one', 'two'):
@@ -81,7 +81,7 @@ class ManyRecordings(tool_case.ToolTest):
 
     def test_evaluate(self):
         def line(folder, seed):
-            return ['sh', '-ec', 'seed=$1; folder=$2; shift 2; "$@" --seed $seed --json "$folder/trials_$seed.json"', 'sh',
+            return ['sh', '-ec', 'seed=$1; folder=$2; shift 2; exec "$@" --seed $seed --json "$folder/trials_$seed.json"', 'sh',
                     seed, folder] + self.command('evaluate', '--bag', self.work('first.bag'), '--trials', 2, '--rotation', 4,
                                                  '--translation', 5)
         for folder in ('trials_one', 'trials_two'):
