@@ -104,7 +104,7 @@ elseif(CLI11_FOUND AND nlohmann_json_FOUND)
   # What the kernels' own benchmark uses too.
   set(benchmark_scenes ${benchmark}/fast_step.cpp ${benchmark}/march_probe.cpp ${benchmark}/scenes.cpp)
   set(benchmark_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/benchmark.cpp ${benchmark_scenes}
-    ${benchmark}/goals.cpp ${benchmark}/growth.cpp ${benchmark}/measure.cpp
+    ${benchmark}/camera_rows.cpp ${benchmark}/goals.cpp ${benchmark}/growth.cpp ${benchmark}/measure.cpp
     ${benchmark}/paper/paper_tables.cpp ${benchmark}/paper/paper_tables_print.cpp ${benchmark}/profile.cpp
     ${benchmark}/registration_rows.cpp ${benchmark}/report.cpp
     ${benchmark}/step_rows.cpp)

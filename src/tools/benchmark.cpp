@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "tools/benchmark/camera_rows.h"
 #include "tools/benchmark/growth.h"
 #include "tools/benchmark/paper/paper_tables.h"
 #include "tools/benchmark/registration_rows.h"
@@ -13,6 +14,7 @@
 #include "tools/common/command_line.h"
 #include "tools/common/json_files.h"
 #ifdef XRAY_BENCHMARK_READS_CT
+#include "tools/common/yaml_files.h"
 #include "xray_registration/volume/volume_io.h"
 #endif
 #ifdef XRAY_BENCHMARK_READS_BAGS
@@ -22,14 +24,16 @@
 namespace xray_registration::tools {
 namespace {
 
-const std::vector<std::string> kParts = {"steps",   "drr",    "upload", "memory", "frames",
-                                         "ceiling", "tables", "growth", "ct",     "bag"};
+const std::vector<std::string> kParts = {"steps",  "drr",    "upload", "memory", "frames", "ceiling",
+                                         "tables", "growth", "ct",     "bag",    "camera"};
 
 struct Arguments {
   std::string json;
   std::string ct;
   std::string bag;
   std::string views;
+  std::vector<std::string> cameras;
+  std::string pose;
   std::string only;
   std::string device = "auto";
   bool quick = false;
@@ -53,12 +57,15 @@ void addOptions(CLI::App* app, Arguments* arguments) {
   app->add_option("--ct", arguments->ct, "Table II on this CT as well, and the CT of --bag")->check(CLI::ExistingPath);
   app->add_option("--bag", arguments->bag, "time tracked frames of this session; needs --ct")->check(CLI::ExistingFile);
   app->add_option("--views", arguments->views, "views of the session to use, as a,b (default: all)");
+  auto* camera = app->add_option("--camera", arguments->cameras, "a DRR of --ct for each of these cameras, YAML")
+                     ->check(CLI::ExistingFile);
+  app->add_option("--pose", arguments->pose, "pose of the CT in them, YAML")->check(CLI::ExistingFile)->needs(camera);
   app->add_flag("--growth", arguments->growth,
                 "also how times grow with CT size, image size and views (plot_results draws it)");
   app->add_option(
       "--only", arguments->only,
       "parts to run, comma-separated: steps, drr, upload, memory, frames, ceiling, tables (the paper's, and "
-      "registrations from Table II's starts), growth, ct (tables on --ct), bag");
+      "registrations from Table II's starts), growth, ct (tables on --ct), bag, camera");
   app->add_flag("--verbose", arguments->verbose, "say more on standard error");
 }
 
@@ -69,6 +76,9 @@ void check(const Arguments& arguments) {
       throw ArgumentError("--only: there is no part '" + part + "'");
   }
   if (!arguments.bag.empty() && arguments.ct.empty()) throw ArgumentError("--bag needs --ct");
+  if (!arguments.cameras.empty() && (arguments.ct.empty() || arguments.pose.empty())) {
+    throw ArgumentError("--camera needs --ct and --pose");
+  }
   if (!arguments.views.empty() && arguments.bag.empty()) throw ArgumentError("--views needs --bag");
 #ifndef XRAY_BENCHMARK_READS_CT
   if (!arguments.ct.empty()) throw ArgumentError("--ct: this build (XRAY_REGISTRATION_COMPUTE_ONLY) reads no CTs");
@@ -116,6 +126,14 @@ void runPhantoms(const Arguments& arguments, const std::shared_ptr<Device>& devi
 }
 
 #ifdef XRAY_BENCHMARK_READS_CT
+void runCameras(const Arguments& arguments, const std::shared_ptr<Device>& device, const AttenuationVolume& volume,
+                BenchmarkReport* report) {
+  std::vector<XrayCamera> cameras;
+  for (const std::string& path : arguments.cameras) cameras.push_back(readCameraFile(path));
+  append(&report->rows, measureCameras(device, volume, cameras, readPoseFile(arguments.pose),
+                                       arguments.quick ? 1 : arguments.rounds()));
+}
+
 void runCt(const Arguments& arguments, const std::shared_ptr<Device>& device, const Logger& logger,
            BenchmarkReport* report) {
   if (arguments.ct.empty()) return;
@@ -123,6 +141,9 @@ void runCt(const Arguments& arguments, const std::shared_ptr<Device>& device, co
     const AttenuationVolume volume = tableTwoVolume(toAttenuation(readVolume(arguments.ct, {}, logger), {}));
     const std::string name = std::filesystem::path(arguments.ct).filename().string();
     runTableTwoOn(arguments, device, volume, name, "/" + name, report);
+  }
+  if (!arguments.cameras.empty() && arguments.wants("camera")) {
+    runCameras(arguments, device, toAttenuation(readVolume(arguments.ct, {}, logger), {}), report);
   }
 #ifdef XRAY_BENCHMARK_READS_BAGS
   if (arguments.bag.empty() || !arguments.wants("bag")) return;

@@ -70,6 +70,28 @@ class Benchmark(tool_case.ToolTest):
         self.assertEqual(rows['tracked_frame/session']['runs'], 3)
         self.assertEqual(rows['cold_start/session']['runs'], 1)
 
+    def test_a_ct_and_cameras(self):
+        if 'bags' not in self.has:
+            self.skipTest('this build reads no CTs')
+        self.make_session(frames=1)
+        with open(self.work('pose.yaml'), 'w') as file:
+            file.write('T_camera_ct_mm: [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 700], [0, 0, 0, 1]]\n')
+        words = []
+        for size in (64, 96):
+            with open(self.work('camera_%d.yaml' % size), 'w') as file:
+                file.write('{width: %d, height: %d, source_detector_mm: 1000, pixel_mm: %g}\n' % (size, size, 400 / size))
+            words += ['--camera', self.work('camera_%d.yaml' % size)]
+        words += ['--quick', '--only', 'camera', '--ct', self.work('head.nii.gz')]
+        self.tool('benchmark', *words, '--pose', self.work('pose.yaml'), '--json', self.work('camera.json'))
+        rows = {row['name']: row for row in self.report('camera.json')['rows']}
+        self.assertEqual(set(rows), {'%s/camera/%d' % (kind, size) for kind in ('drr', 'drr_gradient', 'drr_derivatives')
+                                     for size in (64, 96)})
+        self.check_rows(rows)
+        for row in rows.values():  # The CT is in the picture.
+            self.assertGreater(row['samples_per_second'], 0)
+        _, error = self.tool('benchmark', *words, expect=2)
+        self.assertIn('--pose', error)
+
     def test_wrong_arguments(self):
         for words in (['--only', 'magic'], ['--bag', __file__], ['--unknown'],
                       ['--json', self.work('no/such/folder/x.json')]):
