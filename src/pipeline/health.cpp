@@ -50,7 +50,7 @@ HealthReport assessHealth(const NodeStatistics::Snapshot& values, const HealthPa
   if (values.state == TrackingState::kWaitingForCt) {
     return {HealthLevel::kWarning, "waiting for a CT (ct/path, ~load_ct)" + because(values.last_error)};
   }
-  const HealthReport silent = tracks ? silence(values, parameters) : HealthReport{};
+  HealthReport silent = tracks ? silence(values, parameters) : HealthReport{};
   if (silent.level == HealthLevel::kStale) {
     return values.state == TrackingState::kLost ? HealthReport{silent.level, "LOST: " + silent.summary} : silent;
   }

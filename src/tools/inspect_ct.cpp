@@ -44,7 +44,7 @@ std::string directionInWords(const Eigen::Vector3d& axis) {
   constexpr const char* kSides[3][2] = {{"left", "right"}, {"back", "front"}, {"head", "feet"}};
   int largest = 0;
   axis.cwiseAbs().maxCoeff(&largest);
-  const std::string words = std::string("to the ") + kSides[largest][axis[largest] < 0.0 ? 1 : 0];
+  std::string words = std::string("to the ") + kSides[largest][axis[largest] < 0.0 ? 1 : 0];
   const double degrees = std::acos(std::min(1.0, std::abs(axis[largest]))) * 180.0 / M_PI;
   if (degrees < 0.1) return words;
   char text[100];

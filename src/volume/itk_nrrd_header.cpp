@@ -32,7 +32,9 @@ struct NixIoState {
   void operator()(NrrdIoState* state) const { nrrdIoStateNix(state); }
 };
 struct FreeText {
-  void operator()(char* text) const { std::free(text); }  // NOLINT(cppcoreguidelines-no-malloc): a C library's text.
+  void operator()(char* text) const {
+    std::free(text);
+  }  // NOLINT(cppcoreguidelines-no-malloc,cppcoreguidelines-owning-memory): a C library's text.
 };
 
 struct LoadedHeader {

@@ -228,7 +228,7 @@ ChosenForm chosenOfBoth(const RawHeader& raw, const Affine& sform, const Affine&
   const std::string sform_name = named("sform", raw.sform_code);
   const std::string qform_name = named("qform", raw.qform_code);
   const bool sform_is_rigid = isRightAngled(sform) && hasSpacing(sform, spacingOf(raw));
-  const ChosenForm chosen = sform_is_rigid ? ChosenForm{sform, sform_name} : ChosenForm{qform, qform_name};
+  ChosenForm chosen = sform_is_rigid ? ChosenForm{sform, sform_name} : ChosenForm{qform, qform_name};
   const double distance_mm = unit_mm * largestDistance(sform, qform, size);
   if (distance_mm > kSamePlace_mm) {
     std::ostringstream text;

@@ -195,7 +195,8 @@ FileImage<std::uint16_t> readLabelImage(const std::string& real, const VolumeRea
 
 template <typename T>
 void warnOfFile(const FileImage<T>& image, const std::string& path, const Logger& logger) {
-  for (const std::string& warning : image.warnings) log(logger, LogLevel::kWarning, "'" + path + "': " + warning);
+  const std::string file = "'" + path + "': ";
+  for (const std::string& warning : image.warnings) log(logger, LogLevel::kWarning, file + warning);
   if (image.facts.not_finite > 0) {
     log(logger, LogLevel::kWarning,
         "'" + path + "': " + std::to_string(image.facts.not_finite) +

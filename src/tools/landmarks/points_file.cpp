@@ -13,12 +13,13 @@ bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
+[[noreturn]] void refuseWithout(const std::string& path, const std::string& column) {
+  throw std::runtime_error(path + ": has no column " + column + "; the first line names the columns (docs/formats.md)");
+}
+
 void requireColumns(const std::string& path, const CsvTable& table, const std::vector<std::string>& columns) {
   for (const std::string& column : columns) {
-    if (!table.has(column)) {
-      throw std::runtime_error(path + ": has no column " + column +
-                               "; the first line names the columns (docs/formats.md)");
-    }
+    if (!table.has(column)) refuseWithout(path, column);
   }
 }
 
