@@ -33,8 +33,8 @@ struct NixIoState {
 };
 struct FreeText {
   void operator()(char* text) const {
-    std::free(text);
-  }  // NOLINT(cppcoreguidelines-no-malloc,cppcoreguidelines-owning-memory): a C library's text.
+    std::free(text);  // NOLINT(cppcoreguidelines-no-malloc,cppcoreguidelines-owning-memory): a C library's text.
+  }
 };
 
 struct LoadedHeader {
