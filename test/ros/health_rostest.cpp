@@ -168,8 +168,9 @@ TEST_F(Health, StartThatCannotBeIsRefusedAtOnce) {
   start = updatedPose(scene_->pose(0), (Twist() << 0, 0, 0, 0, 0, M_PI_2).finished(), centre);
   ASSERT_TRUE(probe_->setPose(start, kFrame).success);
   status = send();
-  EXPECT_FALSE(status.registered);
-  EXPECT_NE(status.reason.find("-90 degrees about the camera's z axis"), std::string::npos) << status.reason;
+  // By the start's own DRR (turned_start_test), or where that is not unlike enough by the search's second look.
+  EXPECT_FALSE(status.accepted);
+  EXPECT_NE(status.reason.find("turned by"), std::string::npos) << status.reason;
 }
 
 }  // namespace
