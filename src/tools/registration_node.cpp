@@ -1,5 +1,6 @@
 #include "xray_registration/ros/registration_node.h"
 
+#include <ros/callback_queue.h>
 #include <ros/init.h>
 #include <ros/node_handle.h>
 
@@ -8,8 +9,16 @@
 
 namespace {
 
-/// As roscpp ends a node on SIGINT: in order.
-extern "C" void endInOrder(int /*signal*/) { ros::requestShutdown(); }
+/// All that a handler may touch. roscpp shuts down beside whatever runs, and a node that is just being made then waits
+/// for its log for ever; so the node is made whole first, and ends by itself.
+volatile std::sig_atomic_t is_to_end = 0;
+
+extern "C" void askToEnd(int /*signal*/) { is_to_end = 1; }
+
+void spinUntilAskedToEnd() {
+  const ros::WallDuration look(0.1);
+  while (ros::ok() && is_to_end == 0) ros::getGlobalCallbackQueue()->callAvailable(look);
+}
 
 /// Of what is being handled; gives the exit code.
 int sayWhyItEnds() {
@@ -26,7 +35,7 @@ int sayWhyItEnds() {
 int run(const ros::NodeHandle& node) {
   try {
     const xray_registration::RegistrationNode registration(node, ros::NodeHandle("~"));
-    ros::spin();
+    spinUntilAskedToEnd();
     return 0;
   } catch (...) {
     return sayWhyItEnds();
@@ -40,7 +49,8 @@ int main(int argc, char** argv) {
     ros::init(argc, argv, "xray_registration");
     // With the last handle the log ends too: this one outlives whatever run() has to say.
     const ros::NodeHandle node;
-    std::signal(SIGTERM, endInOrder);  // roscpp takes SIGINT alone, and a container or an init system sends this one.
+    // Until here roscpp's own handler ends the wait for a master. A container or an init system sends SIGTERM.
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, askToEnd);
     return run(node);
   } catch (...) {
     return sayWhyItEnds();
