@@ -28,6 +28,9 @@ Solution trackFrame(FrameObjective* objective, const ColdStart& found, const Rig
   }
   solution.coarser_similarity = solution.sums.similarity;
   objective->solve(stageOn(0, two_levels ? kFinestSteps : kSteps, similarity), &solution);
+  // A small bone among others is elsewhere by more than a pixel from level to level.
+  if (two_levels && !solution.converged && !solution.failed)
+    objective->solve(stageOn(0, kSteps, similarity), &solution);
   return solution;
 }
 
