@@ -76,4 +76,28 @@ void selfTest(Engine* engine) {
   engine->releaseVolume();
 }
 
+void warmUp(Engine* engine, Similarity similarity) {
+  AttenuationVolume volume = blob();
+  volume.face_is_cut.fill(true);
+  engine->setVolume(volume);
+  const XrayCamera camera{72, 64, 400.0, 400.0, 35.5, 31.5};  // Of two levels.
+  RigidTransform pose = RigidTransform::Identity();
+  pose.translation() = Eigen::Vector3d(0, 0, kDepthMm) - engine->volume().centreCt();
+  const FloatImage drawn = engine->render(camera, 0, pose);
+  const auto xray = engine->upload(camera, drawn, FloatImage(camera.width, camera.height, 1.0F));
+  engine->weighUnexplained(xray.get(), pose, 1.0);
+  const WindowOptions windows = windowsFor(similarity, xray->deviation());
+  for (int level = 1; level >= 0; --level) {
+    engine->evaluate(xray.get(), level, 0, {pose}, windows);
+    engine->evaluate(xray.get(), level, 0, {pose, pose, pose}, windows);
+  }
+  engine->keepContrastTiles(xray.get(), 0, 0.5);
+  engine->addUpTiles(xray.get(), 0, 0, camera, pose, {RayMotion()});
+  const auto look = engine->share(xray.get());
+  look->leaveOut({{0.0, 0.0, 8.0, 8.0}});
+  engine->surround(look.get(), 0, 0, pose);
+  engine->addUpBody(look.get(), 0, 0, pose);
+  engine->releaseVolume();
+}
+
 }  // namespace xray_registration

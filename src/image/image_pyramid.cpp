@@ -1,5 +1,6 @@
 #include "xray_registration/image/image_pyramid.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -17,29 +18,51 @@ void check(const FloatImage& image, const MaskImage& mask, int factor) {
                               std::to_string(image.height));
 }
 
-/// Sums of one row of blocks.
-struct BlockRow {
-  std::vector<double> all;
-  std::vector<double> allowed;
-  std::vector<int> allowed_count;
+/// Sums over the rows of a row of blocks, for each column.
+struct Columns {
+  explicit Columns(int width) : all(static_cast<std::size_t>(width)), allowed(all.size()), allowed_count(all.size()) {}
+
+  void begin() {
+    std::fill(all.begin(), all.end(), 0.0F);
+    std::fill(allowed.begin(), allowed.end(), 0.0F);
+    std::fill(allowed_count.begin(), allowed_count.end(), 0.0F);
+  }
+
+  // Without branches, for vector instructions.
+  void add(const float* pixels, const std::uint8_t* mask) {
+    const std::size_t count = all.size();
+    for (std::size_t u = 0; u < count; ++u) {
+      const float weight = mask[u] != 0 ? 1.0F : 0.0F;
+      all[u] += pixels[u];
+      allowed[u] += weight * pixels[u];
+      allowed_count[u] += weight;
+    }
+  }
+
+  std::vector<float> all, allowed, allowed_count;
 };
 
-void sumBlocks(const FloatImage& image, const MaskImage& mask, int factor, int row, BlockRow* sums) {
-  const std::size_t blocks = sums->all.size();
-  sums->all.assign(blocks, 0.0);
-  sums->allowed.assign(blocks, 0.0);
-  sums->allowed_count.assign(blocks, 0);
-  for (int v = row * factor; v < (row + 1) * factor; ++v) {
-    const float* pixel = &image.at(0, v);
-    const std::uint8_t* allow = mask.empty() ? nullptr : &mask.at(0, v);
-    for (std::size_t block = 0; block < blocks; ++block) {
-      for (int i = 0; i < factor; ++i, ++pixel) {
-        sums->all[block] += *pixel;
-        if (allow == nullptr || *allow++ != 0) {
-          sums->allowed[block] += *pixel;
-          ++sums->allowed_count[block];
-        }
-      }
+float sumOf(const std::vector<float>& values, int first, int count) {
+  const float* value = values.data() + first;
+  float sum = 0.0F;
+  for (int i = 0; i < count; ++i) sum += value[i];
+  return sum;
+}
+
+void binRows(const FloatImage& image, const MaskImage& mask, int factor, FloatImage* binned, MaskImage* binned_mask) {
+  const auto block_size = static_cast<float>(factor * factor);
+  const std::vector<std::uint8_t> everywhere(static_cast<std::size_t>(image.width), kUse);
+  Columns columns(image.width);
+  for (int v = 0; v < binned->height; ++v) {
+    columns.begin();
+    for (int row = v * factor; row < (v + 1) * factor; ++row) {
+      columns.add(&image.at(0, row), mask.empty() ? everywhere.data() : &mask.at(0, row));
+    }
+    for (int u = 0; u < binned->width; ++u) {
+      const float count = sumOf(columns.allowed_count, u * factor, factor);
+      binned->at(u, v) = count > 0.0F ? sumOf(columns.allowed, u * factor, factor) / count
+                                      : sumOf(columns.all, u * factor, factor) / block_size;
+      binned_mask->at(u, v) = 2.0F * count >= block_size ? kUse : 0;
     }
   }
 }
@@ -50,19 +73,7 @@ void binImage(const FloatImage& image, const MaskImage& mask, int factor, FloatI
   check(image, mask, factor);
   FloatImage result(image.width / factor, image.height / factor);
   MaskImage result_mask(result.width, result.height);
-  const int block_size = factor * factor;
-  BlockRow sums;
-  sums.all.resize(static_cast<std::size_t>(result.width));
-  for (int v = 0; v < result.height; ++v) {
-    sumBlocks(image, mask, factor, v, &sums);
-    for (int u = 0; u < result.width; ++u) {
-      const auto block = static_cast<std::size_t>(u);
-      const int count = sums.allowed_count[block];
-      const double mean = count > 0 ? sums.allowed[block] / count : sums.all[block] / block_size;
-      result.at(u, v) = static_cast<float>(mean);
-      result_mask.at(u, v) = 2 * count >= block_size ? kUse : 0;
-    }
-  }
+  binRows(image, mask, factor, &result, &result_mask);
   *binned = std::move(result);
   *binned_mask = std::move(result_mask);
 }

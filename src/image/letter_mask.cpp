@@ -140,35 +140,35 @@ cv::Mat blocksOf(const cv::Mat& image, const cv::Mat& allowed, const ExtremeValu
 
 }  // namespace
 
-void mask_detail::leaveOutLetters(SearchCopy* copy, const MaskImage& field, MaskImage* mask) {
-  if (copy->image().empty()) return;
-  const cv::Mat image = copy->whole();
+cv::Mat mask_detail::lettersIn(const SearchCopy& copy, const MaskImage& field) {
+  if (copy.image().empty()) return {};
+  const cv::Mat image = copy.whole();
   const MaskImage everywhere = field.empty() ? MaskImage(image.cols, image.rows, kUse) : MaskImage();
   const cv::Mat allowed = mask_detail::view(field.empty() ? everywhere : field);
   double low = 0.0;
   double high = 0.0;
   cv::minMaxLoc(image, &low, &high, nullptr, nullptr, allowed);
   const auto range = static_cast<float>(high - low);
-  if (!(range > 0.0F)) return;
+  if (!(range > 0.0F)) return {};
 
-  const cv::Mat& small = copy->fine();
+  const cv::Mat& small = copy.fine();
   cv::Mat steps;
   cv::morphologyEx(small, steps, cv::MORPH_GRADIENT, cv::Mat::ones(9, 9, CV_8U), {-1, -1}, 1, cv::BORDER_REPLICATE);
   cv::Mat letters = cv::Mat::zeros(small.size(), CV_8U);
   const double margin = kExtremeShare * range;
   for (const double value : {low, high}) {
     const ExtremeValue extreme{static_cast<float>(value - margin), static_cast<float>(value + margin)};
-    const cv::Mat blocks = blocksOf(image, allowed, extreme, copy->factor(), small.size());
+    const cv::Mat blocks = blocksOf(image, allowed, extreme, copy.factor(), small.size());
     findLetters(small, steps, blocks, static_cast<float>(value), kSmallestStep * range, &letters);
   }
   cv::dilate(letters, letters, cv::Mat::ones(2 * kRim + 1, 2 * kRim + 1, CV_8U));
-  mask_detail::leaveOut(letters, copy->factor(), mask);
+  return letters;
 }
 
 MaskImage letterMask(const FloatImage& raw, const MaskImage& field) {
   MaskImage result(raw.width, raw.height, kUse);
-  mask_detail::SearchCopy copy(raw);
-  mask_detail::leaveOutLetters(&copy, field, &result);
+  const mask_detail::SearchCopy copy(raw);
+  mask_detail::leaveOut(mask_detail::lettersIn(copy, field), copy.factor(), &result);
   return result;
 }
 

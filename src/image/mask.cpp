@@ -31,9 +31,11 @@ void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& us
   if (options.collimator) intersect(fieldMask(frame->attenuation), &frame->mask);
   // What is searched next is judged against the field alone: letters and metal do not hide each other.
   const MaskImage field = frame->mask;
-  mask_detail::SearchCopy copy(frame->attenuation);
-  if (options.letters) mask_detail::leaveOutLetters(&copy, field, &frame->mask);
-  if (options.metal) mask_detail::leaveOutMetal(&copy, field, &frame->mask);
+  if (options.letters || options.metal) {
+    const mask_detail::SearchCopy copy(frame->attenuation);
+    if (options.letters) mask_detail::leaveOut(mask_detail::lettersIn(copy, field), copy.factor(), &frame->mask);
+    if (options.metal) mask_detail::leaveOut(mask_detail::metalIn(copy, field), copy.factor(), &frame->mask);
+  }
   if (!user.empty()) intersect(user, &frame->mask);
 }
 

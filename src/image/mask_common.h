@@ -41,21 +41,19 @@ struct Range {
 Range percentiles(const cv::Mat& image, double low, double high);
 float percentile(const cv::Mat& image, double share);
 
-/// An image and its copy with no side longer than kFineSide, made when first asked for: two searches use it.
+/// An image and its copy with no side longer than kFineSide, for two searches.
 class SearchCopy {
  public:
   static constexpr int kFineSide = 640;
 
   /// The image must stay.
-  explicit SearchCopy(const FloatImage& image) : image_(image), factor_(factorFor(whole().size(), kFineSide)) {}
+  explicit SearchCopy(const FloatImage& image)
+      : image_(image), factor_(factorFor(whole().size(), kFineSide)), fine_(shrunk(whole(), factor_)) {}
 
   const FloatImage& image() const { return image_; }
   cv::Mat whole() const { return view(image_); }
   int factor() const { return factor_; }
-  const cv::Mat& fine() {
-    if (fine_.empty()) fine_ = shrunk(whole(), factor_);
-    return fine_;
-  }
+  const cv::Mat& fine() const { return fine_; }
 
  private:
   const FloatImage& image_;
@@ -63,9 +61,9 @@ class SearchCopy {
   cv::Mat fine_;
 };
 
-/// The searches of mask.h; they zero what they find in `mask`, which has the image's size.
-void leaveOutLetters(SearchCopy* copy, const MaskImage& field, MaskImage* mask);
-void leaveOutMetal(SearchCopy* copy, const MaskImage& field, MaskImage* mask);
+/// The searches of mask.h: what is found on the copy, not zero; of the copy's size, or empty when there is nothing.
+cv::Mat lettersIn(const SearchCopy& copy, const MaskImage& field);
+cv::Mat metalIn(const SearchCopy& copy, const MaskImage& field);
 
 }  // namespace mask_detail
 }  // namespace xray_registration

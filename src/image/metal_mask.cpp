@@ -260,28 +260,37 @@ cv::Mat findMetal(const Copy& copy, const Search& search) {
 
 }  // namespace
 
-void mask_detail::leaveOutMetal(SearchCopy* copy, const MaskImage& field, MaskImage* mask) {
-  if (copy->image().empty()) return;
-  const cv::Mat& fine_image = copy->fine();
+cv::Mat mask_detail::metalIn(const SearchCopy& copy, const MaskImage& field) {
+  if (copy.image().empty()) return {};
+  const cv::Mat& fine_image = copy.fine();
   cv::Mat fine_field(fine_image.size(), CV_8U, cv::Scalar(kUse));
   // At the field's edge everything is sharp.
-  if (!field.empty()) fine_field = mask_detail::wholeBlocks(mask_detail::view(field), copy->factor());
+  if (!field.empty()) fine_field = mask_detail::wholeBlocks(mask_detail::view(field), copy.factor());
 
   const int coarse_factor = mask_detail::factorFor(fine_image.size(), kCoarseSide);
   const bool one_copy_does = coarse_factor == 1;
-  cv::Mat metal = findMetal(prepared(fine_image, fine_field), {true, one_copy_does});
-  if (!one_copy_does) {
-    const Copy coarse =
-        prepared(mask_detail::shrunk(fine_image, coarse_factor), mask_detail::wholeBlocks(fine_field, coarse_factor));
-    metal |= mask_detail::grown(findMetal(coarse, {false, true}), coarse_factor, fine_image.size());
-  }
-  mask_detail::leaveOut(metal, copy->factor(), mask);
+  if (one_copy_does) return findMetal(prepared(fine_image, fine_field), {true, true});
+  cv::Mat metal;
+  cv::Mat large;
+  cv::parallel_for_({0, 2}, [&](const cv::Range& range) {
+    for (int search = range.start; search < range.end; ++search) {
+      if (search == 0) {
+        metal = findMetal(prepared(fine_image, fine_field), {true, false});
+      } else {
+        const Copy coarse = prepared(mask_detail::shrunk(fine_image, coarse_factor),
+                                     mask_detail::wholeBlocks(fine_field, coarse_factor));
+        large = mask_detail::grown(findMetal(coarse, {false, true}), coarse_factor, fine_image.size());
+      }
+    }
+  });
+  metal |= large;
+  return metal;
 }
 
 MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
   MaskImage result(attenuation.width, attenuation.height, kUse);
-  mask_detail::SearchCopy copy(attenuation);
-  mask_detail::leaveOutMetal(&copy, field, &result);
+  const mask_detail::SearchCopy copy(attenuation);
+  mask_detail::leaveOut(mask_detail::metalIn(copy, field), copy.factor(), &result);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
@@ -67,11 +68,11 @@ FrameMaker::FrameMaker(const ImageParameters& options, const std::vector<std::st
   }
 }
 
-ViewInput FrameMaker::makeView(RawView raw) {
-  if (!raw.image) throw FrameError(raw.problem.empty() ? "no image" : raw.problem);
-  View& view = views_[raw.name];
-  const double saturation = saturationOf(*raw.image, options_);
-  XrayFrame frame = makeXrayFrame(std::move(raw.image->pixels), saturation, raw.calibration, options_.linearize,
+ViewInput FrameMaker::makeView(RawView* raw) {
+  if (!raw->image) throw FrameError(raw->problem.empty() ? "no image" : raw->problem);
+  View& view = views_.at(raw->name);
+  const double saturation = saturationOf(*raw->image, options_);
+  XrayFrame frame = makeXrayFrame(std::move(raw->image->pixels), saturation, raw->calibration, options_.linearize,
                                   &view.pixels, view.map);
   if (!view.mask.empty() &&
       (view.mask.width != frame.attenuation.width || view.mask.height != frame.attenuation.height)) {
@@ -79,8 +80,8 @@ ViewInput FrameMaker::makeView(RawView raw) {
                      " but its mask (image/mask) is " + sizeInWords(view.mask.width, view.mask.height));
   }
   maskFrame(&frame, options_.find, view.mask);
-  ViewInput input(std::make_shared<const XrayFrame>(std::move(frame)), raw.T_view_first);
-  input.name = raw.name;
+  ViewInput input(std::make_shared<const XrayFrame>(std::move(frame)), raw->T_view_first);
+  input.name = raw->name;
   return input;
 }
 
@@ -88,17 +89,28 @@ FrameViews FrameMaker::make(std::vector<RawView> views) {
   const Stopwatch watch;
   FrameViews frame;
   frame.views.resize(views.size());
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const std::string name = views[i].name;
-    try {
-      frame.views[i] = makeView(std::move(views[i]));
-      frame.used.push_back(name);
-    } catch (const std::exception& error) {
-      frame.missing.push_back(name);
-      if (!frame.problem.empty()) frame.problem += "; ";
-      if (!name.empty()) frame.problem += "view '" + name + "': ";
-      frame.problem += inWords(error);
+  std::vector<std::string> problems(views.size());
+  for (const RawView& view : views) views_[view.name];  // Nothing is added while views are made.
+  cv::parallel_for_({0, static_cast<int>(views.size())}, [&](const cv::Range& range) {
+    for (int view = range.start; view < range.end; ++view) {
+      const auto i = static_cast<std::size_t>(view);
+      try {
+        frame.views[i] = makeView(&views[i]);
+      } catch (const std::exception& error) {
+        problems[i] = inWords(error);
+      }
     }
+  });
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::string& name = views[i].name;
+    if (frame.views[i]) {
+      frame.used.push_back(name);
+      continue;
+    }
+    frame.missing.push_back(name);
+    if (!frame.problem.empty()) frame.problem += "; ";
+    if (!name.empty()) frame.problem += "view '" + name + "': ";
+    frame.problem += problems[i];
   }
   if (frame.used.empty() && frame.problem.empty()) frame.problem = "no view of this frame can be used";
   frame.prepare_ms = watch.milliseconds();

@@ -108,6 +108,7 @@ void readSolver(const YAML::Node& tree, RegistrarOptions* solver) {
   group.choice<Similarity>("similarity", similarities, &solver->similarity);
   group.integer("max_steps_per_frame", 1, 10000, &solver->max_steps_per_frame);
   group.number("max_image_pixels", 1024.0, 67108864.0, &solver->max_image_pixels);
+  group.number("tracking_precision_mm", 0.0, 10.0, &solver->tracking_precision_mm);
   group.flag("search", &solver->search);
   group.number("search_rotation_rad", 0.0, M_PI, &solver->search_rotation_rad);
   group.number("search_translation_mm", 0.0, 500.0, &solver->search_translation_mm);

@@ -8,6 +8,10 @@
 namespace xray_registration {
 namespace {
 
+/// Share of the similarity of all views together that each has to have: with one of two views only, a body may lie
+/// anywhere along that one's rays. (Spine session: right places have 0.43 and more, wrong ones 0.34 and less.)
+constexpr double kEachView = 0.8;
+
 std::string reasonToRefuse(const DeviceViews& views, const BodyModel& model, const BodyCues& cues,
                            const RegistrarOptions& options, const BodyResult& result) {
   if (!cues.solution.sums.finite() || !cues.solution.T_camera_ct.matrix().allFinite()) {
@@ -31,6 +35,12 @@ std::string reasonToRefuse(const DeviceViews& views, const BodyModel& model, con
   if (!(result.similarity >= accept.min_similarity)) {
     return sentence("the X-rays do not show ", model.name, " there: similarity ", result.similarity, " is below ",
                     accept.min_similarity);
+  }
+  const double least = kEachView * accept.min_similarity;
+  for (const double similarity : cues.views) {
+    if (similarity >= least) continue;
+    return sentence("one of the views does not show ", model.name, " there: its similarity ", similarity, " is below ",
+                    least);
   }
   if (!(result.inlier_fraction >= accept.min_inlier_fraction)) {
     return sentence("too little of ", model.name, " is seen: inlier fraction ", result.inlier_fraction, " is below ",

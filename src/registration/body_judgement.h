@@ -13,6 +13,7 @@ struct BodyCues {
   Solution solution;
   RigidTransform T_camera_ct = RigidTransform::Identity();  ///< Of the rest.
   Rival rival;
+  std::vector<double> views;  ///< Similarity of each view that shows something of it; empty when not asked.
   int exceeded_steps = 0;
 };
 

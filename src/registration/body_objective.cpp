@@ -18,6 +18,8 @@ constexpr Eigen::Index kBody = 9;
 /// Deviations, line integrals: what the X-ray is at least uncertain by, and below which a DRR is flat.
 constexpr double kNoise = 0.005;
 constexpr double kFlat = 0.002;
+/// Windows whose errors go together, since what the CT does not know is larger than they are.
+constexpr double kAlike = 4.0;
 /// A window finds the body by itself when its residual's variance falls by a sixth: partial correlation 0.4.
 constexpr double kInlierGain = 0.84;
 
@@ -66,31 +68,71 @@ void addWindow(double pixels, const Cleared& w, StepSums* sums) {
   sums->scatter += gradient * gradient.transpose();
 }
 
+/// √(1 − exp(−2 Λ/n)).
+double similarityOf(const StepSums& sums) {
+  return std::sqrt(std::max(1.0 - std::exp(2.0 * sums.cost / sums.content), 0.0));
+}
+
+void addView(const StepSums& sums, const Matrix6d& twist_carried, StepSums* total) {
+  total->cost += sums.cost;
+  total->content += sums.content;
+  total->inlier_fraction += sums.inlier_fraction;
+  total->gradient += twist_carried.transpose() * sums.gradient;
+  total->matrix += twist_carried.transpose() * sums.matrix * twist_carried;
+  total->scatter += twist_carried.transpose() * sums.scatter * twist_carried;
+}
+
 }  // namespace
+
+StepSums BodyObjective::evaluateView(const DeviceViews::View& view, const Stage& stage,
+                                     const RigidTransform& T_camera_body) {
+  views().drawSurroundings(view, stage.level);
+  const RigidTransform T_view_body = view.T_view_first * T_camera_body;
+  const XrayCamera& camera = view.level(stage.level).camera;
+  const TileProducts products =
+      engine()->addUpBody(view.xray.get(), stage.level, views().volumeLevel(camera, T_view_body), T_view_body);
+  StepSums sums;
+  forEachWindowCovariance(products, stage.span, [&sums](double pixels, const WindowCovariance& covariance) {
+    addWindow(pixels, Cleared(covariance), &sums);
+  });
+  return sums;
+}
+
+/// Each pixel stands in span² windows, and windows err alike, so the X-rays' matrix counts what they know so often; the
+/// prior keeps step with it.
+void BodyObjective::addPrior(const Stage& stage, const RigidTransform& T_camera_body, StepSums* sums) const {
+  const Twist motion = twistBetween(T_camera_neutral_, T_camera_body, T_camera_neutral_ * views().centreCt());
+  const double counted = kAlike * stage.span * stage.span;
+  Twist weight;
+  weight.head<3>().setConstant(counted / (sigma_mm_ * sigma_mm_));
+  weight.tail<3>().setConstant(counted / (sigma_rad_ * sigma_rad_));
+  sums->cost += 0.5 * motion.dot(weight.cwiseProduct(motion));
+  sums->gradient += weight.cwiseProduct(motion);
+  sums->matrix.diagonal() += weight;
+  // The prior's own variance, of a term that covarianceOf() takes span² times.
+  sums->scatter.diagonal() += kAlike * weight;
+}
+
+std::vector<double> BodyObjective::similarityOfViews(const Stage& stage, const RigidTransform& T_camera_body) {
+  std::vector<double> similarities;
+  if (!drawStep()) return similarities;
+  for (const DeviceViews::View& view : views().views()) {
+    const StepSums sums = evaluateView(view, stage, T_camera_body);
+    if (sums.content > 0.0) similarities.push_back(similarityOf(sums));
+  }
+  return similarities;
+}
 
 StepSums BodyObjective::evaluateOne(const Stage& stage, const RigidTransform& T_camera_body) {
   StepSums total;
   for (const DeviceViews::View& view : views().views()) {
-    views().drawSurroundings(view, stage.level);
-    const RigidTransform T_view_body = view.T_view_first * T_camera_body;
-    const XrayCamera& camera = view.level(stage.level).camera;
-    const TileProducts products =
-        engine()->addUpBody(view.xray.get(), stage.level, views().volumeLevel(camera, T_view_body), T_view_body);
-    StepSums sums;
-    forEachWindowCovariance(products, stage.span, [&sums](double pixels, const WindowCovariance& covariance) {
-      addWindow(pixels, Cleared(covariance), &sums);
-    });
-    total.cost += sums.cost;
-    total.content += sums.content;
-    total.inlier_fraction += sums.inlier_fraction;
-    total.gradient += view.twist_carried.transpose() * sums.gradient;
-    total.matrix += view.twist_carried.transpose() * sums.matrix * view.twist_carried;
-    total.scatter += view.twist_carried.transpose() * sums.scatter * view.twist_carried;
+    addView(evaluateView(view, stage, T_camera_body), view.twist_carried, &total);
   }
   total.weight = total.content;
   if (total.content > 0.0) {
-    total.similarity = std::sqrt(std::max(1.0 - std::exp(2.0 * total.cost / total.content), 0.0));
+    total.similarity = similarityOf(total);
     total.inlier_fraction /= total.content;
+    addPrior(stage, T_camera_body, &total);
   }
   return total;
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kCoarseSteps = 12;
 constexpr int kFineSteps = 15;
-constexpr int kRefiningSteps = 8;
+constexpr int kRefiningSteps = 15;
 constexpr int kTrackedFineSteps = 6;
 /// Places of the coarse level that are looked at on the finest.
 constexpr std::size_t kPlaces = 3;

@@ -5,8 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "registration/view_preparation.h"
-
 namespace xray_registration {
 namespace {
 
@@ -40,15 +38,14 @@ PixelBox shadowBox(const XrayCamera& camera, const std::vector<Eigen::Vector3d>&
 }  // namespace
 
 void DeviceViews::upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
-                         double max_image_pixels) {
+                         double max_image_pixels, double reach_mm, int halvings) {
   views_.clear();
   surroundings_.clear();
   backdrop_ = nullptr;
   for (const ViewInput& input : inputs) {
     const RigidTransform T_view_ct = input.T_view_first * T_camera_ct_start;
-    const PreparedView prepared =
-        prepareView(*input.xray, T_view_ct * centreCt(), engine_->volume().radiusMm() + kCropMarginMm,
-                    binningFor(input.xray->camera, T_view_ct, max_image_pixels));
+    const PreparedView prepared = prepareView(*input.xray, boundsOf(T_view_ct, reach_mm),
+                                              binningFor(input.xray->camera, T_view_ct, max_image_pixels) << halvings);
     views_.push_back({engine_->upload(prepared.camera, prepared.attenuation, prepared.weight), input.xray->camera,
                       input.T_view_first, twistCarriedBy(input.T_view_first)});
   }
@@ -61,6 +58,14 @@ void DeviceViews::shareFrom(const DeviceViews& other) {
   for (const View& view : other.views_) {
     views_.push_back({engine_->share(view.xray.get()), view.told, view.T_view_first, view.twist_carried});
   }
+}
+
+ShadowBounds DeviceViews::boundsOf(const RigidTransform& T_view_ct, double reach_mm) const {
+  ShadowBounds bounds{T_view_ct * centreCt(), engine_->volume().radiusMm() + kCropMarginMm, {}, 0.0};
+  if (reach_mm < 0.0) return bounds;
+  for (const Eigen::Vector3d& corner : engine_->volume().cornersCt()) bounds.corners_mm.push_back(T_view_ct * corner);
+  bounds.margin_mm = reach_mm;
+  return bounds;
 }
 
 std::vector<PixelBox> DeviceViews::shadowsIn(const View& view, const std::vector<BodyPlace>& bodies) const {

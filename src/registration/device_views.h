@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "registration/view_preparation.h"
 #include "xray_registration/drr/engine.h"
 #include "xray_registration/registration/registrar.h"
 
@@ -36,8 +37,11 @@ class DeviceViews {
   explicit DeviceViews(Engine* engine) : engine_(engine) {}
 
   /// Takes a frame's views in place of the last one's, as seen from where the solve starts; binned until no more than
-  /// `max_image_pixels` of a view's pixels have CT behind them. @throws DeviceError.
-  void upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start, double max_image_pixels);
+  /// `max_image_pixels` of a view's pixels have CT behind them, and then halved `halvings` times more. Where the CT may
+  /// be further than `reach_mm` from the start, at its border, crops are larger; less than 0: not known.
+  /// @throws DeviceError.
+  void upload(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start, double max_image_pixels,
+              double reach_mm = -1.0, int halvings = 0);
 
   /// Looks at another's views, which stay there, for the body on this engine: tiles and surroundings are its own.
   void shareFrom(const DeviceViews& other);
@@ -86,6 +90,7 @@ class DeviceViews {
  private:
   int binningFor(const XrayCamera& whole, const RigidTransform& T_view_ct, double max_image_pixels);
   std::vector<PixelBox> shadowsIn(const View& view, const std::vector<BodyPlace>& bodies) const;
+  ShadowBounds boundsOf(const RigidTransform& T_view_ct, double reach_mm) const;
   double shadowPixels(const XrayCamera& camera, const RigidTransform& T_view_ct);
 
   Engine* engine_;

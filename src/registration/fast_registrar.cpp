@@ -7,6 +7,7 @@
 #include "registration/moving_bodies.h"
 #include "registration/setup_check.h"
 #include "registration/tracked_frame.h"
+#include "registration/tracking_level.h"
 #include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/self_test.h"
 #include "xray_registration/volume/volume_pyramid.h"
@@ -41,6 +42,7 @@ void FastRegistrar::setVolume(const AttenuationVolume& volume) {
   bodies_.reset();
   forget();
   selfTest(engine_.get());
+  warmUp(engine_.get(), options_.similarity);
   const std::size_t budget = residentVoxelBytes(*device_);
   if (volume.values.size() * sizeof(std::uint16_t) > budget) {
     engine_->setVolume(fittedTo(volume, budget, logger_));
@@ -77,7 +79,9 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   if (!result.reason.empty()) return result;
   result.solved = true;
 
-  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels);
+  const bool tracked = tracking && found_;
+  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels, reachMm(tracked),
+                 tracked ? found_->levels_to_spare : 0);
   if (options_.saturation > 0.0) views_->setSaturation(options_.saturation);
   result.upload_ms = watch.milliseconds();
 
@@ -103,11 +107,36 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   if (history.searched) checkSides(inputs, T_camera_ct_start, solution, &result);
   checkSetup(inputs, solution, history.searched, &budget, &result);
   if (!result.accepted && history.searched) forget();  // A refused cold start teaches nothing.
+  if (result.accepted) spareLevels(&objective, solution, history.searched);
 
   solution_ = std::make_unique<Solution>(solution);
   result.iterations = budget.used();
   result.solve_ms = watch.milliseconds();
   return result;
+}
+
+double FastRegistrar::reachMm(bool tracked) const {
+  // A search ends up to one and a half times its range away; a prediction is off by what a frame's jerk may be.
+  constexpr double kBeyondSearch = 1.5;
+  constexpr double kJerkMm = 15.0;
+  constexpr double kJerkRad = 0.1;
+  const double radius_mm = engine_->volume().radiusMm();
+  if (tracked) return kJerkMm + kJerkRad * radius_mm;
+  if (!options_.search) return 2.0 * kJerkMm + 2.0 * kJerkRad * radius_mm;
+  return kBeyondSearch * (options_.search_translation_mm + options_.search_rotation_rad * radius_mm);
+}
+
+void FastRegistrar::spareLevels(FrameObjective* objective, const Solution& solution, bool searched) {
+  if (bodies_) return;  // A body is smaller, and needs all there is.
+  const double precision_mm = options_.tracking_precision_mm;
+  if (searched) {
+    found_->levels_to_spare = levelsToSpare(objective, solution, precision_mm);
+  } else if (found_->levels_to_spare > 0) {
+    // The beam may have become weaker since.
+    constexpr double kNoLonger = 2.0;
+    const Matrix6d covariance = covarianceOf(solution.sums, finestSpan(options_.similarity));
+    if (inPlaneSigma(covariance, solution.T_camera_ct) > kNoLonger * precision_mm) --found_->levels_to_spare;
+  }
 }
 
 Solution FastRegistrar::track(const RigidTransform& T_camera_ct_start, StepBudget* budget) {

@@ -38,7 +38,7 @@ class FrameObjective {
   /// What bounds the solver on a stage.
   virtual GaussNewtonOptions solverFor(const Stage& stage, const RigidTransform& start) const;
 
-  DeviceViews& views() { return *views_; }
+  DeviceViews& views() const { return *views_; }
   const RegistrarOptions& options() const { return options_; }
   bool exceeded() const { return budget_->exceeded(); }
 

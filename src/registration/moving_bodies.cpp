@@ -19,17 +19,8 @@ constexpr double kTrackedMarginMm = 4.0;
 constexpr double kLeftOutMarginMm = 3.0;
 /// A body's volume, as the rest's, projected: windows beyond its shadow say nothing about it.
 constexpr double kWindowMarginMm = 2.0;
+constexpr double kMisleadingMm = 5.0;
 constexpr std::size_t kNoBody = std::numeric_limits<std::size_t>::max();
-
-std::vector<Eigen::Vector3d> cornersOf(const VolumeGrid& grid) {
-  std::vector<Eigen::Vector3d> corners;
-  const Eigen::Vector3d last = (grid.size - Eigen::Vector3i::Ones()).cast<double>();
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector3d which(i & 1, (i >> 1) & 1, (i >> 2) & 1);
-    corners.emplace_back(grid.ctFromIndex() * which.cwiseProduct(last).eval());
-  }
-  return corners;
-}
 
 RegistrarOptions optionsFor(const BodyModel& model, RegistrarOptions options) {
   options.search_rotation_rad = model.max_rotation_rad;
@@ -49,10 +40,10 @@ MovingBodies::MovingBodies(Engine* whole, const AttenuationVolume& rest, const s
     body.model.name = model.name;
     body.model.max_rotation_rad = model.max_rotation_rad;
     body.model.max_translation_mm = model.max_translation_mm;
-    body.corners_ct_mm = cornersOf(model.volume.grid);
     body.solid = std::make_shared<const SolidBody>(model.volume, kBonePerMm);
     body.engine = whole->sibling();
     body.engine->setVolume(model.volume);
+    body.corners_ct_mm = body.engine->volume().cornersCt();
     body.views = std::make_unique<DeviceViews>(body.engine.get());
     bodies_.push_back(std::move(body));
   }
@@ -115,6 +106,16 @@ Eigen::MatrixXd MovingBodies::overlapsMm3(const std::vector<RigidTransform>& T_c
   return overlaps;
 }
 
+double MovingBodies::farthestMm(const std::vector<RigidTransform>& T_ct_body,
+                                const std::vector<RigidTransform>& T_ct_before) const {
+  double farthest_mm = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Eigen::Vector3d& centre_ct_mm = bodies_[i].engine->volume().centreCt();
+    farthest_mm = std::max(farthest_mm, (T_ct_body[i] * centre_ct_mm - T_ct_before[i] * centre_ct_mm).norm());
+  }
+  return farthest_mm;
+}
+
 bool MovingBodies::isTracked(const Frame& frame, std::size_t body) const {
   return frame.starts[body].tracking && bodies_[body].found;
 }
@@ -147,7 +148,8 @@ void MovingBodies::solveEach(Frame* frame, const std::vector<BodyPlace>& places,
     body.views->limitTo({places[i]});
     body.views->surroundBy(othersThan(i, frame->rest->T_camera_ct, frame->T_ct_body), backdrop_.get());
     const RegistrarOptions own = optionsFor(body.model, frame->options);
-    BodyObjective objective(body.engine.get(), body.views.get(), own, &frame->budgets[i]);
+    BodyObjective objective(body.engine.get(), body.views.get(), own, &frame->budgets[i], frame->rest->T_camera_ct,
+                            body.model);
     solve(i, &objective);
     const Solution& solution = frame->cues[i].solution;
     if (!solution.failed) frame->T_ct_body[i] = frame->rest->T_camera_ct.inverse() * solution.T_camera_ct;
@@ -171,6 +173,7 @@ void MovingBodies::refine(Frame* frame, std::size_t body, BodyObjective* objecti
   if (cues.solution.failed) return;
   const Solution refined = refineBody(objective, cues.solution.T_camera_ct);
   if (!refined.failed) cues.solution = refined;
+  cues.views = objective->similarityOfViews(bodyStage(0, 1), cues.solution.T_camera_ct);
 }
 
 void MovingBodies::refineRest(Frame* frame) {
@@ -203,6 +206,7 @@ std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const
   Frame frame{views, options, rest, starts, {}, std::vector<BodyCues>(count), {}};
   frame.budgets.assign(count, StepBudget(options.max_steps_per_frame));
   for (std::size_t i = 0; i < count; ++i) frame.T_ct_body.push_back(starts.at(i).T_ct_body);
+  const std::vector<RigidTransform> drawn = frame.T_ct_body;
   std::vector<BodyPlace> places;
   bool cold = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -212,6 +216,10 @@ std::vector<BodyResult> MovingBodies::registerIn(const DeviceViews& views, const
   solveEach(&frame, places, [&](std::size_t i, BodyObjective* objective) { search(&frame, i, objective); });
   if (cold) {
     refineRest(&frame);
+    // A body that was drawn elsewhere than it is has misled the search for the others.
+    if (farthestMm(frame.T_ct_body, drawn) > kMisleadingMm) {
+      solveEach(&frame, places, [&](std::size_t i, BodyObjective* objective) { search(&frame, i, objective); });
+    }
     for (std::size_t i = 0; i < count; ++i) places[i] = found(frame, i);
     solveEach(&frame, places, [&](std::size_t i, BodyObjective* objective) { refine(&frame, i, objective); });
   }

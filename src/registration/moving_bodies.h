@@ -64,6 +64,8 @@ class MovingBodies {
     std::vector<StepBudget> budgets;
   };
 
+  /// The farthest that a body's centre lies from where it was.
+  double farthestMm(const std::vector<RigidTransform>& T_ct_body, const std::vector<RigidTransform>& T_ct_before) const;
   bool isTracked(const Frame& frame, std::size_t body) const;
   /// All bodies but one, where the frame has them.
   std::vector<Surrounding> othersThan(std::size_t body, const RigidTransform& T_camera_ct,

@@ -25,6 +25,7 @@ struct ColdStart {
   bool leave_out_unexplained = true;  ///< Whether rays behind cut faces are left out (the body goes on).
   double similarity = 1.0;            ///< Of what was found, as the verdict saw it.
   double inlier_fraction = 1.0;
+  int levels_to_spare = 0;  ///< That tracked frames need not go down to: levelsToSpare.
 };
 
 }  // namespace xray_registration

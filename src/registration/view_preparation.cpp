@@ -35,19 +35,51 @@ Range outline(double focal, double principal, double across_mm, double depth_mm,
   return {principal + scale * (across_mm * depth_mm - touching), principal + scale * (across_mm * depth_mm + touching)};
 }
 
-Window windowAround(const XrayCamera& camera, const Eigen::Vector3d& centre_mm, double radius_mm) {
+struct Ranges {
+  Range u;
+  Range v;
+};
+
+constexpr double kEverywhere = 1e9;
+constexpr Ranges kWhole{{-kEverywhere, kEverywhere}, {-kEverywhere, kEverywhere}};
+
+Ranges shadowOfSphere(const XrayCamera& camera, const ShadowBounds& bounds) {
+  const Eigen::Vector3d& centre = bounds.centre_mm;
+  if (!(centre.z() > 1.2 * bounds.radius_mm)) return kWhole;
+  return {outline(camera.fx, camera.cx, centre.x(), centre.z(), bounds.radius_mm),
+          outline(camera.fy, camera.cy, centre.y(), centre.z(), bounds.radius_mm)};
+}
+
+/// A margin in every direction, so towards the source as well: it is largest at the nearest corner.
+Ranges shadowOfBox(const XrayCamera& camera, const ShadowBounds& bounds) {
+  if (bounds.corners_mm.empty()) return kWhole;
+  Ranges ranges{{kEverywhere, -kEverywhere}, {kEverywhere, -kEverywhere}};
+  double nearest_mm = kEverywhere;
+  for (const Eigen::Vector3d& corner : bounds.corners_mm) {
+    if (!(corner.z() > 2.0 * bounds.margin_mm + 1.0)) return kWhole;
+    const Eigen::Vector2d pixel = camera.project(corner);
+    ranges.u = {std::min(ranges.u.low, pixel.x()), std::max(ranges.u.high, pixel.x())};
+    ranges.v = {std::min(ranges.v.low, pixel.y()), std::max(ranges.v.high, pixel.y())};
+    nearest_mm = std::min(nearest_mm, corner.z());
+  }
+  const double margin = bounds.margin_mm / (nearest_mm - bounds.margin_mm);
+  ranges.u = {ranges.u.low - margin * camera.fx, ranges.u.high + margin * camera.fx};
+  ranges.v = {ranges.v.low - margin * camera.fy, ranges.v.high + margin * camera.fy};
+  return ranges;
+}
+
+Window windowAround(const XrayCamera& camera, const ShadowBounds& bounds) {
   const Window whole{0, 0, camera.width, camera.height};
-  if (!(centre_mm.z() > 1.2 * radius_mm)) return whole;
-  const Range u = outline(camera.fx, camera.cx, centre_mm.x(), centre_mm.z(), radius_mm);
-  const Range v = outline(camera.fy, camera.cy, centre_mm.y(), centre_mm.z(), radius_mm);
+  const Ranges sphere = shadowOfSphere(camera, bounds);
+  const Ranges box = shadowOfBox(camera, bounds);
   const auto clamped = [](double value, int limit) {
     return static_cast<int>(std::lround(std::min(std::max(value, 0.0), static_cast<double>(limit))));
   };
   Window window;
-  window.x = clamped(std::floor(u.low), camera.width);
-  window.y = clamped(std::floor(v.low), camera.height);
-  window.width = clamped(std::ceil(u.high + 1.0), camera.width) - window.x;
-  window.height = clamped(std::ceil(v.high + 1.0), camera.height) - window.y;
+  window.x = clamped(std::floor(std::max(sphere.u.low, box.u.low)), camera.width);
+  window.y = clamped(std::floor(std::max(sphere.v.low, box.v.low)), camera.height);
+  window.width = clamped(std::ceil(std::min(sphere.u.high, box.u.high) + 1.0), camera.width) - window.x;
+  window.height = clamped(std::ceil(std::min(sphere.v.high, box.v.high) + 1.0), camera.height) - window.y;
   const double share =
       static_cast<double>(window.width) * window.height / (static_cast<double>(camera.width) * camera.height);
   if (window.width < kSmallestWindow || window.height < kSmallestWindow || share > kWorthCropping) return whole;
@@ -89,26 +121,30 @@ void hideUnweighted(const FloatImage& weight, FloatImage* attenuation) {
 
 }  // namespace
 
-PreparedView prepareView(const XrayFrame& view, const Eigen::Vector3d& centre_camera_mm, double radius_mm,
-                         int binning) {
-  const Window window = windowAround(view.camera, centre_camera_mm, radius_mm);
+PreparedView prepareView(const XrayFrame& view, const ShadowBounds& bounds, int binning) {
+  const Window window = windowAround(view.camera, bounds);
   const bool whole = window.width == view.camera.width && window.height == view.camera.height;
   PreparedView prepared;
   prepared.camera = whole ? view.camera : view.camera.cropped(window.x, window.y, window.width, window.height);
-  prepared.attenuation = whole ? view.attenuation : cropped(view.attenuation, window);
-  MaskImage mask =
-      view.mask.empty() ? MaskImage(window.width, window.height, 1) : (whole ? view.mask : cropped(view.mask, window));
+  FloatImage window_attenuation;
+  MaskImage window_mask;
+  if (!whole) {
+    window_attenuation = cropped(view.attenuation, window);
+    if (!view.mask.empty()) window_mask = cropped(view.mask, window);
+  }
+  const FloatImage& attenuation = whole ? view.attenuation : window_attenuation;
+  const MaskImage& mask = whole ? view.mask : window_mask;
   // At least a tile has to be left, however close the start pose puts the CT.
   binning = std::min(binning, std::min(window.width, window.height) / kTile);
   if (binning > 1) {
-    FloatImage binned;
     MaskImage binned_mask;
-    binImage(prepared.attenuation, mask, binning, &binned, &binned_mask);
+    binImage(attenuation, mask, binning, &prepared.attenuation, &binned_mask);
     prepared.camera = prepared.camera.binned(binning);
-    prepared.attenuation = std::move(binned);
-    mask = std::move(binned_mask);
+    prepared.weight = weightsOf(binned_mask);
+  } else {
+    prepared.attenuation = attenuation;
+    prepared.weight = mask.empty() ? FloatImage(window.width, window.height, 1.0F) : weightsOf(mask);
   }
-  prepared.weight = weightsOf(mask);
   hideUnweighted(prepared.weight, &prepared.attenuation);
   return prepared;
 }

@@ -31,6 +31,7 @@ template <typename From, typename To>
 void copySolver(const From& from, To* to) {
   to->max_steps_per_frame = from.max_steps_per_frame;
   to->max_image_pixels = from.max_image_pixels;
+  to->tracking_precision_mm = from.tracking_precision_mm;
   to->search = from.search;
   to->search_rotation_rad = from.search_rotation_rad;
   to->search_translation_mm = from.search_translation_mm;

@@ -610,5 +610,25 @@ TEST_F(FastRegistrarTest, RendersInLineIntegrals) {
   EXPECT_GT(exact2, 1.0);
 }
 
+TEST_F(FastRegistrarTest, TrackedFramesAreLookedAtNoFinerThanTheirCertaintyNeeds) {
+  const RigidTransform start = off(twist(0.5, -0.5, 1.0, 0.005, 0.0, -0.005));
+  const auto tracked = [&](double precision_mm) {
+    RegistrarOptions options;
+    options.tracking_precision_mm = precision_mm;
+    EXPECT_TRUE(registrar_->setOptions(options));
+    registrar_->forget();
+    EXPECT_TRUE(registrar_->registerFrame({*view_}, truth_, false).accepted);
+    const RegistrationResult result = registrar_->registerFrame({*view_}, start, true);
+    EXPECT_TRUE(result.accepted) << result.reason;
+    return result;
+  };
+  const RegistrationResult finest = tracked(0.0);
+  const RegistrationResult strict = tracked(1e-4);  // Not to be had, so nothing is spared.
+  const RegistrationResult loose = tracked(0.5);
+  EXPECT_EQ(finest.T_camera_ct.matrix(), strict.T_camera_ct.matrix());
+  EXPECT_NE(finest.T_camera_ct.matrix(), loose.T_camera_ct.matrix());
+  EXPECT_LT(poseError(loose.T_camera_ct, truth_, targetGrid(registrar_->centreCt(), 100.0)).inplane_mm, 0.5);
+}
+
 }  // namespace
 }  // namespace xray_registration

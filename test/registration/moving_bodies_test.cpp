@@ -176,7 +176,21 @@ TEST_F(MovingBodiesTest, FurtherThanItsRangeIsRefused) {
   registrar_->setBodies(rest_, {{"upper", upper_, 0.3, 10.0}, {"lower", lower_, 0.3, 10.0}});
 }
 
-TEST_F(MovingBodiesTest, TheGradientIsThatOfTheLikelihood) {
+TEST_F(MovingBodiesTest, WhatOneOfTwoViewsDoesNotShowIsRefused) {
+  auto inputs = views(RigidTransform::Identity(), RigidTransform::Identity());
+  XrayFrame without = *inputs[1].xray;
+  const FloatImage part = referenceProjection(upper_, T_view_first_ * truth_, kCamera);
+  for (std::size_t i = 0; i < part.pixels.size(); ++i) without.attenuation.pixels[i] -= part.pixels[i];
+  inputs[1].xray = std::make_shared<const XrayFrame>(std::move(without));
+  RegistrationResult rest = registrar_->registerFrame(inputs, truth_, false);
+  ASSERT_TRUE(rest.accepted) << rest.reason;
+  const auto bodies = registrar_->registerBodies({{}, {}}, &rest);
+  EXPECT_FALSE(bodies.at(0).accepted);
+  EXPECT_NE(bodies.at(0).reason.find("one of the views does not show upper"), std::string::npos) << bodies.at(0).reason;
+  EXPECT_TRUE(bodies.at(1).accepted) << bodies.at(1).reason;
+}
+
+TEST_F(MovingBodiesTest, TheGradientIsThatOfLikelihoodAndPrior) {
   const auto inputs = views(RigidTransform::Identity(), RigidTransform::Identity());
   const std::unique_ptr<Engine> rest = makeEngineOpenCl(std::make_shared<Device>());
   rest->setVolume(rest_);
@@ -189,7 +203,8 @@ TEST_F(MovingBodiesTest, TheGradientIsThatOfTheLikelihood) {
   own.surroundBy({{rest.get(), truth_}});
   StepBudget budget(1000);
   const RegistrarOptions options;
-  BodyObjective objective(body.get(), &own, options, &budget);
+  // Ranges so small that the prior is as large as what the X-rays say.
+  BodyObjective objective(body.get(), &own, options, &budget, truth_, {"upper", upper_, 0.02, 0.5});
   const Stage stage = bodyStage(0, 1);
   const Eigen::Vector3d centre = truth_ * own.centreCt();
   const RigidTransform pose = updatedPose(truth_, kMotion, centre);

@@ -20,6 +20,7 @@ TEST(SolvesAlike, ThresholdsDoNotMatterAndEverythingElseDoes) {
       [](RegistrarOptions* o) { o->similarity = Similarity::kGainOffset; },
       [](RegistrarOptions* o) { o->max_steps_per_frame += 1; },
       [](RegistrarOptions* o) { o->max_image_pixels += 1; },
+      [](RegistrarOptions* o) { o->tracking_precision_mm += 1; },
       [](RegistrarOptions* o) { o->search = !o->search; },
       [](RegistrarOptions* o) { o->search_rotation_rad += 0.1; },
       [](RegistrarOptions* o) { o->search_translation_mm += 0.1; },

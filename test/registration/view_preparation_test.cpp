@@ -19,6 +19,8 @@ XrayFrame numbered(const XrayCamera& camera) {
   return view;
 }
 
+ShadowBounds sphere(const Eigen::Vector3d& centre_mm, double radius_mm) { return {centre_mm, radius_mm, {}, 0.0}; }
+
 void expectSizes(const PreparedView& prepared) {
   EXPECT_EQ(prepared.attenuation.width, prepared.camera.width);
   EXPECT_EQ(prepared.attenuation.height, prepared.camera.height);
@@ -42,7 +44,7 @@ void expectSameRays(const XrayFrame& view, const PreparedView& prepared) {
 
 TEST(ViewPreparationTest, SmallImagesPassUnchanged) {
   const XrayFrame view = numbered({60, 50, 200, 210, 29, 26});
-  const PreparedView prepared = prepareView(view, {0, 0, 800}, 200.0, 1);
+  const PreparedView prepared = prepareView(view, sphere({0, 0, 800}, 200.0), 1);
   EXPECT_TRUE(prepared.camera == view.camera);
   EXPECT_EQ(prepared.attenuation.pixels, view.attenuation.pixels);
   EXPECT_EQ(prepared.weight.pixels, std::vector<float>(3000, 1.0F));
@@ -52,7 +54,7 @@ TEST(ViewPreparationTest, CropsToTheSphere) {
   const XrayFrame view = numbered({480, 400, 1000, 990, 230, 210});
   const Eigen::Vector3d centre(60, -40, 900);
   const double radius = 80.0;
-  const PreparedView prepared = prepareView(view, centre, radius, 1);
+  const PreparedView prepared = prepareView(view, sphere(centre, radius), 1);
   expectSizes(prepared);
   expectSameRays(view, prepared);
   EXPECT_LT(prepared.camera.width, 230);  // The sphere's diameter is 180 pixels.
@@ -67,7 +69,7 @@ TEST(ViewPreparationTest, TheWholeSphereStaysInTheCrop) {
   for (const Eigen::Vector3d& centre :
        {Eigen::Vector3d(0, 0, 700), Eigen::Vector3d(150, 0, 600), Eigen::Vector3d(-120, 160, 650)}) {
     const double radius = 150.0;
-    const PreparedView prepared = prepareView(view, centre, radius, 1);
+    const PreparedView prepared = prepareView(view, sphere(centre, radius), 1);
     ASSERT_LT(prepared.camera.width, 900);
     for (int i = 0; i < 2000; ++i) {
       // Points all over the sphere, by the golden angle.
@@ -86,9 +88,36 @@ TEST(ViewPreparationTest, TheWholeSphereStaysInTheCrop) {
   }
 }
 
+TEST(ViewPreparationTest, ALongThingsCropIsThatOfItsBox) {
+  const XrayFrame view = numbered({480, 400, 1000, 1000, 239.5, 199.5});
+  ShadowBounds bounds = sphere({0, 0, 1000}, 200.0);
+  for (const double x : {-30.0, 30.0}) {
+    for (const double y : {-110.0, 110.0}) {
+      for (const double z : {990.0, 1010.0}) bounds.corners_mm.emplace_back(x, y, z);
+    }
+  }
+  bounds.margin_mm = 10.0;
+  const PreparedView prepared = prepareView(view, bounds, 1);
+  expectSizes(prepared);
+  expectSameRays(view, prepared);
+  // 60 mm and twice the margin, at the nearest corner: (60 + 20) / 980 of 1000 pixels.
+  EXPECT_NEAR(prepared.camera.width, 82, 4);
+  EXPECT_NEAR(prepared.camera.height, 245, 4);
+  // Every point within the margin of the box is in the crop.
+  for (const Eigen::Vector3d& corner : bounds.corners_mm) {
+    for (const double s : {-1.0, 1.0}) {
+      const Eigen::Vector2d pixel = prepared.camera.project(corner + Eigen::Vector3d(7 * s, 5 * s, -5));
+      EXPECT_GT(pixel.x(), -1.0);
+      EXPECT_LT(pixel.x(), prepared.camera.width);
+      EXPECT_GT(pixel.y(), -1.0);
+      EXPECT_LT(pixel.y(), prepared.camera.height);
+    }
+  }
+}
+
 TEST(ViewPreparationTest, SpheresBeyondTheBorderAreCutAtIt) {
   const XrayFrame view = numbered({400, 400, 1000, 1000, 199.5, 199.5});
-  const PreparedView prepared = prepareView(view, {150, 0, 1000}, 100.0, 1);
+  const PreparedView prepared = prepareView(view, sphere({150, 0, 1000}, 100.0), 1);
   expectSizes(prepared);
   expectSameRays(view, prepared);
   EXPECT_LE(prepared.camera.width, 160);
@@ -97,7 +126,7 @@ TEST(ViewPreparationTest, SpheresBeyondTheBorderAreCutAtIt) {
 TEST(ViewPreparationTest, CropsThatGainNothingAreNotMade) {
   const XrayFrame view = numbered({300, 300, 500, 500, 149.5, 149.5});
   const auto unchanged = [&](const Eigen::Vector3d& centre, double radius) {
-    const PreparedView prepared = prepareView(view, centre, radius, 1);
+    const PreparedView prepared = prepareView(view, sphere(centre, radius), 1);
     EXPECT_TRUE(prepared.camera == view.camera) << centre.transpose() << " radius " << radius;
     EXPECT_EQ(prepared.attenuation.pixels, view.attenuation.pixels);
   };
@@ -112,7 +141,7 @@ TEST(ViewPreparationTest, CropsThatGainNothingAreNotMade) {
 TEST(ViewPreparationTest, BinnedImagesKeepTheirRays) {
   const XrayFrame view = numbered({401, 300, 900, 880, 201, 148});
   for (const int binning : {2, 3, 5, 8}) {
-    const PreparedView prepared = prepareView(view, {0, 0, 700}, 1e4, binning);
+    const PreparedView prepared = prepareView(view, sphere({0, 0, 700}, 1e4), binning);
     expectSizes(prepared);
     expectSameRays(view, prepared);
     EXPECT_EQ(prepared.camera.width, 401 / binning);
@@ -122,7 +151,7 @@ TEST(ViewPreparationTest, BinnedImagesKeepTheirRays) {
 
 TEST(ViewPreparationTest, CropsFirstThenBins) {
   const XrayFrame view = numbered({480, 480, 1000, 1000, 239.5, 239.5});
-  const PreparedView prepared = prepareView(view, {10, 20, 1000}, 110.0, 2);
+  const PreparedView prepared = prepareView(view, sphere({10, 20, 1000}, 110.0), 2);
   expectSizes(prepared);
   expectSameRays(view, prepared);
   EXPECT_NEAR(prepared.camera.fx, 500.0, 1e-9);
@@ -139,7 +168,7 @@ TEST(ViewPreparationTest, MasksBecomeWeightsAtTheirPlace) {
     }
   }
   for (const int binning : {1, 2}) {
-    const PreparedView prepared = prepareView(view, {0, 0, 1000}, 110.0, binning);
+    const PreparedView prepared = prepareView(view, sphere({0, 0, 1000}, 110.0), binning);
     expectSizes(prepared);
     int left_out = 0;
     for (int v = 0; v < prepared.camera.height; ++v) {
@@ -165,13 +194,13 @@ TEST(ViewPreparationTest, MasksBecomeWeightsAtTheirPlace) {
 TEST(ViewPreparationTest, BinningLeavesATile) {
   const XrayFrame view = numbered({401, 300, 900, 880, 201, 148});
   for (const int binning : {38, 300, 100000}) {
-    const PreparedView prepared = prepareView(view, {0, 0, 700}, 1e4, binning);
+    const PreparedView prepared = prepareView(view, sphere({0, 0, 700}, 1e4), binning);
     expectSizes(prepared);
     expectSameRays(view, prepared);
     EXPECT_GE(prepared.camera.height, 8);
   }
   const XrayFrame tiny = numbered({5, 3, 900, 880, 2, 1});
-  EXPECT_EQ(prepareView(tiny, {0, 0, 700}, 1e4, 4).attenuation.pixels, tiny.attenuation.pixels);
+  EXPECT_EQ(prepareView(tiny, sphere({0, 0, 700}, 1e4), 4).attenuation.pixels, tiny.attenuation.pixels);
 }
 
 TEST(ViewPreparationTest, ValuesWithoutWeightAreHidden) {
@@ -182,12 +211,12 @@ TEST(ViewPreparationTest, ValuesWithoutWeightAreHidden) {
   view.attenuation.at(0, 0) = 1e30F;
   view.mask.at(0, 0) = 0;
   view.attenuation.at(9, 9) = 3.0F;
-  const PreparedView prepared = prepareView(view, {0, 0, 700}, 1e4, 1);
+  const PreparedView prepared = prepareView(view, sphere({0, 0, 700}, 1e4), 1);
   EXPECT_EQ(prepared.weight.at(0, 0), 0.0F);
   EXPECT_NEAR(prepared.attenuation.at(0, 0), 1.0 + 2.0 / 4095.0, 1e-6);
   EXPECT_EQ(prepared.attenuation.at(9, 9), 3.0F);
   view.mask = MaskImage(64, 64, 0);
-  for (const float pixel : prepareView(view, {0, 0, 700}, 1e4, 1).attenuation.pixels) ASSERT_EQ(pixel, 0.0F);
+  for (const float pixel : prepareView(view, sphere({0, 0, 700}, 1e4), 1).attenuation.pixels) ASSERT_EQ(pixel, 0.0F);
 }
 
 TEST(ViewPreparationTest, MaskedPixelsLeaveNoTraceInBins) {
@@ -199,7 +228,7 @@ TEST(ViewPreparationTest, MaskedPixelsLeaveNoTraceInBins) {
     view.attenuation.at(i, 77) = 40.0F;  // A wire.
     view.mask.at(i, 77) = 0;
   }
-  const PreparedView prepared = prepareView(view, {0, 0, 700}, 1e4, 2);
+  const PreparedView prepared = prepareView(view, sphere({0, 0, 700}, 1e4), 2);
   ASSERT_EQ(prepared.camera.width, 100);
   EXPECT_EQ(prepared.attenuation.pixels, std::vector<float>(10000, 1.0F));
   EXPECT_EQ(prepared.weight.pixels, std::vector<float>(10000, 1.0F));  // Half a block is enough.

@@ -19,8 +19,12 @@ class ResidentVolume {
   };
 
   ResidentVolume() = default;
-  ResidentVolume(std::vector<Level> levels, const Eigen::Vector3d& centre_ct_mm, double radius_mm)
-      : levels_(std::move(levels)), centre_ct_(centre_ct_mm), radius_mm_(radius_mm) {}
+  ResidentVolume(std::vector<Level> levels, const Eigen::Vector3d& centre_ct_mm, double radius_mm,
+                 std::vector<Eigen::Vector3d> corners_ct_mm = {})
+      : levels_(std::move(levels)),
+        centre_ct_(centre_ct_mm),
+        radius_mm_(radius_mm),
+        corners_ct_mm_(std::move(corners_ct_mm)) {}
 
   const std::vector<Level>& levels() const { return levels_; }
   /// The coarsest level whose voxels are not larger than `pixel_mm` · 1.25, else the finest.
@@ -28,12 +32,15 @@ class ResidentVolume {
   const Eigen::Vector3d& centreCt() const { return centre_ct_; }
   /// Half the diagonal of the box of tissue, mm.
   double radiusMm() const { return radius_mm_; }
+  /// The eight corners of the box of tissue.
+  const std::vector<Eigen::Vector3d>& cornersCt() const { return corners_ct_mm_; }
   std::size_t bytes() const;
 
  private:
   std::vector<Level> levels_;
   Eigen::Vector3d centre_ct_ = Eigen::Vector3d::Zero();
   double radius_mm_ = 0.0;
+  std::vector<Eigen::Vector3d> corners_ct_mm_;
 };
 
 /// What bounds the CT on a device.

@@ -18,4 +18,8 @@ void checkPicture(const std::string& device, const FloatImage& rendered, const F
 /// @throws DeviceError when the pictures disagree.
 void selfTest(Engine* engine);
 
+/// Runs every kernel that registration with `similarity` needs once on a small scene: a driver that compiles a kernel
+/// when it is first launched does so now, and no frame waits for it. As selfTest(), it replaces the engine's volume.
+void warmUp(Engine* engine, Similarity similarity);
+
 }  // namespace xray_registration

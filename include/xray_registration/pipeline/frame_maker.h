@@ -43,7 +43,7 @@ class FrameMaker {
   FrameViews make(std::vector<RawView> views);
 
  private:
-  ViewInput makeView(RawView raw);
+  ViewInput makeView(RawView* raw);
 
   /// What belongs to one view.
   struct View {

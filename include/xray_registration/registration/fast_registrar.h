@@ -53,6 +53,8 @@ class FastRegistrar : public Registrar {
   Logger logger_;
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<DeviceViews> views_;
+  double reachMm(bool tracked) const;
+  void spareLevels(FrameObjective* objective, const Solution& solution, bool searched);
   Solution track(const RigidTransform& T_camera_ct_start, StepBudget* budget);
   void checkSides(const std::vector<ViewInput>& inputs, const RigidTransform& T_camera_ct_start,
                   const Solution& solution, RegistrationResult* result);

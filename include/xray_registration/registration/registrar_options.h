@@ -61,7 +61,10 @@ struct RegistrarOptions {
   // Fast method.
   int max_steps_per_frame = 1000;    ///< Evaluations of the objective, whatever for: bounds the latency.
   double max_image_pixels = 100000;  ///< A view is binned until no more of its pixels have CT behind them.
-  bool search = true;                ///< Without an accepted neighbour: search around the start before the descent.
+  /// Tracked frames are looked at on the coarsest level on which the pose's in-plane σ is still below this, if there is
+  /// one coarser than the finest; 0: always the finest.
+  double tracking_precision_mm = 0.015;
+  bool search = true;  ///< Without an accepted neighbour: search around the start before the descent.
   double search_rotation_rad = 0.22;
   double search_translation_mm = 22.0;
   int search_poses = 96;

@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "drr/opencl/guarded.h"
+#include "drr/opencl/kernel_cache.h"
 #include "xray_registration/drr/opencl/opencl_device.h"
 
 namespace xray_registration {
@@ -21,6 +22,7 @@ std::string trimmed(std::string text) {
 }
 
 std::vector<cl::Device> allDevices() {
+  useKernelCache();
   std::vector<cl::Platform> platforms;
   try {
     cl::Platform::get(&platforms);
@@ -81,6 +83,8 @@ std::vector<std::string> listDevices() {
 }
 
 Device::Device(const std::string& choice, const Logger& logger) : opencl_(std::make_unique<OpenClDevice>()) {
+  const std::string cache = useKernelCache();
+  if (!cache.empty()) log(logger, LogLevel::kWarning, cache);
   opencl_->device = chooseDevice(choice);
   guarded(choice, "opening the OpenCL device", [&] {
     const cl::Device& device = opencl_->device;

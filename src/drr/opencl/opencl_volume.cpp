@@ -136,6 +136,18 @@ OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, con
   return level;
 }
 
+/// As far as interpolation carries the outermost voxels.
+std::vector<Eigen::Vector3d> cornersOf(const Box& box, const VolumeGrid& grid) {
+  std::vector<Eigen::Vector3d> corners;
+  const Eigen::Vector3d low = box.low.cast<double>().array() - 1.0;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d which(i & 1, (i >> 1) & 1, (i >> 2) & 1);
+    corners.emplace_back(grid.ctFromIndex() *
+                         (low + which.cwiseProduct((box.size.array() + 1).matrix().cast<double>())).eval());
+  }
+  return corners;
+}
+
 }  // namespace
 
 OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume)
@@ -148,8 +160,9 @@ OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume
   });
   std::vector<ResidentVolume::Level> seen;
   for (const OpenClLevel& level : levels_) seen.push_back({level.spacing_mm, level.bytes});
-  const double radius_mm = 0.5 * tissueBox(volume).size.cast<double>().cwiseProduct(volume.grid.spacing_mm).norm();
-  description_ = ResidentVolume(std::move(seen), anatomicalCentreCt(volume), radius_mm);
+  const Box box = tissueBox(volume);
+  const double radius_mm = 0.5 * box.size.cast<double>().cwiseProduct(volume.grid.spacing_mm).norm();
+  description_ = ResidentVolume(std::move(seen), anatomicalCentreCt(volume), radius_mm, cornersOf(box, volume.grid));
 }
 
 }  // namespace xray_registration
