@@ -117,8 +117,8 @@ bodies:
   - {{name: T10, label: 34, max_rotation: 0.1, max_translation: 0.008}}
 ''',
     'forearm': '''bodies:
-  - {{name: radius, ct: {data}/wrist/radius.nii.gz, max_rotation: 0.3, max_translation: 0.005}}
-  - {{name: ulna, ct: {data}/wrist/ulna.nii.gz, max_rotation: 0.3, max_translation: 0.005}}
+  - {{name: radius, ct: {data}/wrist/radius.nii.gz, max_rotation: 0.3, max_translation: 0.01}}
+  - {{name: ulna, ct: {data}/wrist/ulna.nii.gz, max_rotation: 0.3, max_translation: 0.01}}
 ''',
     'implants': '''image: {{find_metal: false}}
 bodies:
