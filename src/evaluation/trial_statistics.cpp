@@ -1,6 +1,7 @@
 #include "xray_registration/evaluation/trial_statistics.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace xray_registration {
@@ -46,6 +47,7 @@ SuccessCriteria successCriteria(int views) {
 std::vector<StartBin> startBins(const std::vector<Trial>& trials, const SuccessCriteria& criteria, double width_mm) {
   std::vector<StartBin> bins;
   for (const Trial& trial : trials) {
+    if (!std::isfinite(trial.start.mtre_mm)) continue;  // From nothing.
     const std::size_t index = static_cast<std::size_t>(trial.start.mtre_mm / width_mm);
     while (bins.size() <= index) {
       const double from_mm = static_cast<double>(bins.size()) * width_mm;

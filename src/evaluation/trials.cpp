@@ -1,9 +1,11 @@
 #include "xray_registration/evaluation/trials.h"
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
+#include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/device.h"
 
 namespace xray_registration {
@@ -72,11 +74,11 @@ RegistrationPipeline::BodyPoses ownTruths(const RegistrationPipeline& pipeline, 
   return poses;
 }
 
-/// The frame through the pipeline from where the pipeline stands.
-Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline* pipeline,
-                   const EvaluationFrame& frame, const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
-  const FrameOutcome outcome = pipeline->process(frame.stamp_s, frame.views);
-  if (outcome.state == TrackingState::kFault) throw DeviceError("the device failed: " + pipeline->fault(), 0);
+/// What became of a frame that was registered from a start.
+Trial trialOf(const FrameOutcome& outcome, const RigidTransform& T_camera_ct_start,
+              const RegistrationPipeline& pipeline, const EvaluationFrame& frame, const Eigen::Vector3d& centre_ct_mm,
+              double target_size_mm) {
+  if (outcome.state == TrackingState::kFault) throw DeviceError("the device failed: " + pipeline.fault(), 0);
   Trial trial;
   trial.frame = frame.index;
   trial.stamp_s = frame.stamp_s;
@@ -92,6 +94,22 @@ Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline
   return trial;
 }
 
+/// The frame through the pipeline from where the pipeline stands.
+Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline* pipeline,
+                   const EvaluationFrame& frame, const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
+  const FrameOutcome outcome = pipeline->process(frame.stamp_s, frame.views);
+  return trialOf(outcome, T_camera_ct_start, *pipeline, frame, centre_ct_mm, target_size_mm);
+}
+
+WideSearchRange rangeAround(const RigidTransform& T_camera_ct_start, const TrialOptions& options) {
+  WideSearchRange range;
+  if (options.kind == TrialKind::kFromNothing) return range;
+  range.T_camera_ct_centre = T_camera_ct_start;
+  range.rotation_rad = options.range.rotation_rad;
+  range.translation_mm = options.range.translation_mm;
+  return range;
+}
+
 }  // namespace
 
 Trial runTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, const Twist& disturbance,
@@ -103,6 +121,25 @@ Trial runTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, con
   pipeline->setPose(T_camera_ct_start, T_camera_bodies);
   Trial trial = registerFrom(T_camera_ct_start, pipeline, frame, centre_ct_mm, target_size_mm);
   trial.disturbance = disturbance;
+  return trial;
+}
+
+Trial localizeTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, const WideSearchRange& range,
+                    const Eigen::Vector3d& centre_ct_mm, double target_size_mm) {
+  pipeline->reset();
+  const Stopwatch watch;
+  const std::string problem = pipeline->beginSearch(frame.stamp_s, frame.views, range);
+  while (pipeline->advanceSearch()) {
+  }
+  FrameOutcome outcome = pipeline->finishSearch();
+  if (!problem.empty()) outcome.result.reason = problem;
+  outcome.total_ms = watch.milliseconds();
+  const RigidTransform start = range.T_camera_ct_centre.value_or(RigidTransform::Identity());
+  Trial trial = trialOf(outcome, start, *pipeline, frame, centre_ct_mm, target_size_mm);
+  if (range.T_camera_ct_centre) return trial;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  trial.start = {kNone, kNone};
+  trial.disturbance.setConstant(kNone);
   return trial;
 }
 
@@ -125,6 +162,12 @@ std::vector<Trial> runTrials(RegistrationPipeline* pipeline, const std::vector<E
     const Twist disturbance = starts.next();
     const RigidTransform T_camera_ct_start =
         updatedPose(frame.T_camera_ct_true, disturbance, frame.T_camera_ct_true * centre_ct_mm);
+    if (options.kind != TrialKind::kFromStart) {
+      trials.push_back(localizeTrial(pipeline, frame, rangeAround(T_camera_ct_start, options), centre_ct_mm,
+                                     options.target_size_mm));
+      if (progress) progress(i + 1, options.trials);
+      continue;
+    }
     const auto poses = bodyStarts(*pipeline, frame, T_camera_ct_start, &own_starts, &body_starts);
     trials.push_back(runTrial(pipeline, frame, disturbance, centre_ct_mm, options.target_size_mm, poses));
     if (progress) progress(i + 1, options.trials);

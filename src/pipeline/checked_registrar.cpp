@@ -21,18 +21,27 @@ RegistrationResult CheckedRegistrar::inCallersFrame(RegistrationResult result) c
   return result;
 }
 
+RegistrationResult CheckedRegistrar::registerBased(const std::vector<ViewInput>& views,
+                                                   const RigidTransform& T_base_first,
+                                                   const RigidTransform& T_first_ct_start, bool tracking) {
+  if (T_first_ct_places_.empty()) return registrar_->registerFrame(views, T_base_first * T_first_ct_start, tracking);
+  std::vector<RigidTransform> T_base_ct_places;
+  for (const RigidTransform& place : T_first_ct_places_) T_base_ct_places.emplace_back(T_base_first * place);
+  return registrar_->registerAmong(views, T_base_ct_places);
+}
+
 RegistrationResult CheckedRegistrar::registerFrame(const std::vector<ViewInput>& views,
                                                    const RigidTransform& T_first_ct_start, bool tracking) {
   const RigidTransform T_base_first = views.front().T_view_first;
   T_first_base_ = T_base_first.inverse();
   if (T_base_first.isApprox(RigidTransform::Identity(), 0.0)) {
     T_first_base_.setIdentity();
-    return finite(registrar_->registerFrame(views, T_first_ct_start, tracking));
+    return finite(registerBased(views, T_base_first, T_first_ct_start, tracking));
   }
   std::vector<ViewInput> rebased = views;
   for (ViewInput& view : rebased) view.T_view_first = view.T_view_first * T_first_base_;
   rebased.front().T_view_first = RigidTransform::Identity();
-  return finite(inCallersFrame(registrar_->registerFrame(rebased, T_base_first * T_first_ct_start, tracking)));
+  return finite(inCallersFrame(registerBased(rebased, T_base_first, T_first_ct_start, tracking)));
 }
 
 std::vector<BodyResult> CheckedRegistrar::registerBodies(const std::vector<BodyStart>& starts,

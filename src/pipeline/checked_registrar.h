@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "xray_registration/registration/registrar.h"
@@ -15,6 +16,10 @@ namespace xray_registration {
 class CheckedRegistrar : public Registrar {
  public:
   explicit CheckedRegistrar(Registrar* registrar) : registrar_(registrar) {}
+  /// The frame is registered among these places (Registrar::registerAmong), in the caller's camera frame, instead of
+  /// from the start that it is given.
+  CheckedRegistrar(Registrar* registrar, std::vector<RigidTransform> T_first_ct_places)
+      : registrar_(registrar), T_first_ct_places_(std::move(T_first_ct_places)) {}
 
   RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_first_ct_start,
                                    bool tracking) override;
@@ -36,9 +41,12 @@ class CheckedRegistrar : public Registrar {
   std::size_t deviceBytes() const override { return registrar_->deviceBytes(); }
 
  private:
+  RegistrationResult registerBased(const std::vector<ViewInput>& views, const RigidTransform& T_base_first,
+                                   const RigidTransform& T_first_ct_start, bool tracking);
   RegistrationResult inCallersFrame(RegistrationResult result) const;
 
   Registrar* registrar_;
+  std::vector<RigidTransform> T_first_ct_places_;
   RigidTransform T_first_base_ =
       RigidTransform::Identity();  ///< Of the last frame: base is the registrar's first view.
 };

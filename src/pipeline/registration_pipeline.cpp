@@ -7,6 +7,8 @@
 #include "pipeline/body_volumes.h"
 #include "pipeline/checked_registrar.h"
 #include "pipeline/failure_text.h"
+#include "pipeline/pipeline_search.h"
+#include "pipeline/present_views.h"
 #include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/device.h"
 #include "xray_registration/pipeline/start_check.h"
@@ -33,14 +35,6 @@ ImageParameters imageFor(const NodeParameters& parameters, const Logger& logger)
     log(logger, LogLevel::kInfo, "a body is a mesh: metal is not looked for and masked (image/find_metal)");
   }
   return image;
-}
-
-std::vector<ViewInput> present(const std::vector<std::optional<ViewInput>>& views) {
-  std::vector<ViewInput> found;
-  for (const std::optional<ViewInput>& view : views) {
-    if (view) found.push_back(*view);
-  }
-  return found;
 }
 
 /// What a body with a CT of its own gave in a frame.
@@ -125,6 +119,7 @@ void RegistrationPipeline::loadBodies() {
 }
 
 void RegistrationPipeline::upload(std::vector<RegisteredBody> own) {
+  dropSearch();
   own_.clear();
   if (first_is_body_) {
     // Nothing is known around the bodies: the first one stands for the CT.
@@ -200,11 +195,19 @@ bool RegistrationPipeline::hasStart(double stamp_s) const {
 }
 
 void RegistrationPipeline::reset() {
+  dropSearch();
   body_.forgetPose();
   for (RegisteredBody& body : own_) body.forgetPose();
   device_.forgetFault(&body_);
   if (!body_.registrar) closeOwn();
   startConfigured();
+}
+
+/// Everything that is on a device that failed goes, before it is opened anew.
+bool RegistrationPipeline::rebuildAfter(const std::string& problem) {
+  dropSearch();
+  closeOwn();
+  return device_.rebuildAfter(problem, &body_);
 }
 
 void RegistrationPipeline::closeOwn() {
@@ -243,14 +246,7 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
   FrameOutcome outcome;
   outcome.result.reason = reasonToRefuse(stamp_s, std::move(views), &outcome);
   if (outcome.result.reason.empty()) {
-    const CameraMotion moved{body_.last_accepted_s, T_camera_now_camera_last};
-    outcome.result = solve(stamp_s, outcome, T_camera_now_camera_last);
-    outcome.registered = outcome.result.solved;
-    takeOnlyBody(body_.centre_ct_mm, &outcome.result);
-    if (!outcome.result.accepted) {
-      refuseBodies("the CT around it was not accepted: " + outcome.result.reason, &outcome.result);
-    }
-    solveOwn(stamp_s, outcome.views, moved, &outcome.result);
+    complete(stamp_s, T_camera_now_camera_last, {}, &outcome);
   } else {
     refuseBodies(outcome.result.reason, &outcome.result);
     refuseOwn(&outcome.result);
@@ -260,7 +256,20 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
   return outcome;
 }
 
-std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome) {
+/// Registers a frame whose views are made, the CT and whatever goes with it.
+void RegistrationPipeline::complete(double stamp_s, const std::optional<RigidTransform>& T_camera_now_camera_last,
+                                    const std::vector<RigidTransform>& places, FrameOutcome* outcome) {
+  const CameraMotion moved{body_.last_accepted_s, T_camera_now_camera_last};
+  outcome->result = solve(stamp_s, *outcome, T_camera_now_camera_last, places);
+  outcome->registered = outcome->result.solved;
+  takeOnlyBody(body_.centre_ct_mm, &outcome->result);
+  if (!outcome->result.accepted) {
+    refuseBodies("the CT around it was not accepted: " + outcome->result.reason, &outcome->result);
+  }
+  solveOwn(stamp_s, outcome->views, moved, &outcome->result);
+}
+
+std::string RegistrationPipeline::viewsProblem(std::vector<RawView> views, FrameOutcome* outcome) {
   if (!fault().empty()) return fault();
   if (!hasCt()) return parameters_.needsCt() ? "no CT is loaded" : "no bodies are loaded";
   FrameViews frame = frame_maker_.make(std::move(views));
@@ -271,9 +280,14 @@ std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<Raw
   outcome->missing_because = std::move(frame.problem);
   const bool enough = outcome->views_missing.empty() || parameters_.sync.allow_missing_view;
   if (outcome->views_used.empty() || !enough) return outcome->missing_because;
-  if (!device_.isReady(&body_)) return fault();
+  return device_.isReady(&body_) ? "" : fault();
+}
+
+std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome) {
+  std::string problem = viewsProblem(std::move(views), outcome);
+  if (!problem.empty()) return problem;
   if (!hasStart(stamp_s)) return "no initial pose is known yet";
-  const std::string problem = startProblem(stamp_s, *outcome);
+  problem = startProblem(stamp_s, *outcome);
   // A device that failed meanwhile was opened anew, or is the fault.
   return device_.isReady(&body_) ? problem : fault();
 }
@@ -284,7 +298,7 @@ std::string RegistrationPipeline::startProblem(double stamp_s, const FrameOutcom
   if (!start || body_.tracker.state() != TrackingState::kWaitingForPose) return "";
   const auto render = [this](const XrayCamera& camera, const RigidTransform& T) { return renderDrr(camera, T); };
   std::string problem;
-  for (const ViewInput& view : present(frame.views)) {
+  for (const ViewInput& view : presentViews(frame.views)) {
     const RigidTransform T_view_ct = view.T_view_first * *start;
     problem = impossibleStart(T_view_ct, body_.attenuation->grid, view.xray->camera);
     if (problem.empty()) problem = turnedStart(T_view_ct, body_.centre_ct_mm, view, render);
@@ -294,14 +308,14 @@ std::string RegistrationPipeline::startProblem(double stamp_s, const FrameOutcom
 }
 
 RegistrationResult RegistrationPipeline::solve(double stamp_s, const FrameOutcome& frame,
-                                               const std::optional<RigidTransform>& T_camera_now_camera_last) {
+                                               const std::optional<RigidTransform>& T_camera_now_camera_last,
+                                               const std::vector<RigidTransform>& places) {
   RegistrationResult result;
   try {
-    CheckedRegistrar registrar(body_.registrar.get());
-    result = body_.tracker.process(&registrar, present(frame.views), stamp_s, T_camera_now_camera_last);
+    CheckedRegistrar registrar(body_.registrar.get(), places);
+    result = body_.tracker.process(&registrar, presentViews(frame.views), stamp_s, T_camera_now_camera_last);
   } catch (const DeviceError& error) {
-    closeOwn();
-    const bool rebuilt = device_.rebuildAfter(error.what(), &body_);
+    const bool rebuilt = rebuildAfter(error.what());
     return refusedBecause(std::string("the device failed: ") + error.what() + (rebuilt ? " (it was opened anew)" : ""));
   } catch (const std::exception& error) {
     return refusedBecause("the registration failed: " + inWords(error));
@@ -353,12 +367,11 @@ BodyResult RegistrationPipeline::solveOwn(double stamp_s, const std::vector<std:
   try {
     CheckedRegistrar registrar(body->registrar.get());
     const bool seen_then = moved.since_s && body->last_accepted_s == moved.since_s;
-    result = body->tracker.process(&registrar, present(views), stamp_s,
+    result = body->tracker.process(&registrar, presentViews(views), stamp_s,
                                    seen_then ? moved.T_camera_now_camera_last : std::nullopt);
   } catch (const DeviceError& error) {
     // The next frame opens the device anew.
-    closeOwn();
-    device_.rebuildAfter(error.what(), &body_);
+    rebuildAfter(error.what());
     result = refusedBecause(std::string("the device failed: ") + error.what());
   } catch (const std::exception& error) {
     result = refusedBecause("the registration failed: " + inWords(error));
@@ -380,6 +393,7 @@ void RegistrationPipeline::setTuning(const RegistrarOptions& registrar, const Tr
   parameters_.tracker = tracker;
   body_.tracker.setOptions(tracker);
   for (RegisteredBody& body : own_) body.tracker.setOptions(tracker);
+  dropSearch();
   try {
     device_.setOptions(parameters_.registrar, &body_);
     for (RegisteredBody& body : own_) device_.setOptions(parameters_.registrar, &body);

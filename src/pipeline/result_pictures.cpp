@@ -30,7 +30,7 @@ FloatImage RegistrationPipeline::renderDrr(const XrayCamera& camera, const Rigid
   try {
     return body_.registrar->renderDrr(camera, T_camera_ct);
   } catch (const DeviceError& error) {
-    device_.rebuildAfter(error.what(), &body_);
+    rebuildAfter(error.what());
     return {};
   }
 }
@@ -40,8 +40,7 @@ DrrParts RegistrationPipeline::renderParts(const ViewInput& view, const Registra
   try {
     return renderAll(view, result);
   } catch (const DeviceError& error) {
-    closeOwn();
-    device_.rebuildAfter(error.what(), &body_);
+    rebuildAfter(error.what());
     return {};
   }
 }

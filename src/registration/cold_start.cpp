@@ -92,6 +92,27 @@ Attempt searchAndDescend(FrameObjective* objective, int coarsest, const RigidTra
   return best;
 }
 
+/// Descends from several places to the level above the finest: the most alike is where to start, the others are rivals.
+RigidTransform bestStart(FrameObjective* objective, int coarsest, const std::vector<RigidTransform>& starts,
+                         Attempts* all) {
+  if (starts.size() == 1) return starts.front();
+  const bool leave_out = objective->options().truncation_weights;
+  std::vector<Stage> stages = stagesFrom(coarsest, objective->options());
+  if (stages.size() > 1) stages.pop_back();
+  std::vector<Attempt> found;
+  for (const RigidTransform& start : starts) {
+    objective->views().weigh(leave_out, start);
+    Solution solution;
+    solution.T_camera_ct = start;
+    found.push_back({descend(objective, stages, leave_out, solution), leave_out});
+  }
+  const std::size_t best = all->bestOf(found);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (i != best) all->addRival(found[i]);
+  }
+  return found[best].solution.T_camera_ct;
+}
+
 }  // namespace
 
 bool Reach::holds(const RigidTransform& T_camera_ct, const Eigen::Vector3d& centre_ct_mm) const {
@@ -147,13 +168,15 @@ Rival Attempts::rival() const {
   return nearest_by;
 }
 
-ColdStartResult startCold(FrameObjective* objective, const RigidTransform& start) {
+ColdStartResult startCold(FrameObjective* objective, const std::vector<RigidTransform>& starts) {
   // Other poses around the same start, and a finer level: a right answer is found twice, a wrong one rarely.
   constexpr int kMostAttempts = 4;
   const RegistrarOptions& options = objective->options();
   const AcceptOptions accept = thresholdsFor(objective->views().size(), options.accept);
-  const int coarsest = objective->views().coarsestLevel(start);
-  Attempts attempts(objective->views().centreCt(), {start, options.reach_rotation_rad, options.reach_translation_mm});
+  const int coarsest = objective->views().coarsestLevel(starts.front());
+  Attempts attempts(objective->views().centreCt(),
+                    {starts.front(), options.reach_rotation_rad, options.reach_translation_mm});
+  const RigidTransform start = bestStart(objective, coarsest, starts, &attempts);
   std::optional<Confirmation> confirmation;
   for (int i = 0; i < kMostAttempts && !objective->exceeded(); ++i) {
     const int level = i == 0 ? coarsest : std::max(coarsest - 1, 0);

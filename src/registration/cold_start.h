@@ -71,7 +71,8 @@ struct ColdStartResult {
 };
 
 /// Finds the CT around a start that no accepted neighbour confirms: searches, descends coarse to fine, and, unless the
-/// result is sure, does so again from other poses and on a finer level until the best result was found twice.
-ColdStartResult startCold(FrameObjective* objective, const RigidTransform& start);
+/// result is sure, does so again from other poses and on a finer level until the best result was found twice. Of several
+/// starts the most alike is taken, and the others are its rivals. Not empty.
+ColdStartResult startCold(FrameObjective* objective, const std::vector<RigidTransform>& starts);
 
 }  // namespace xray_registration

@@ -2,6 +2,7 @@
 
 #include "registration/cold_start.h"
 #include "registration/discrete_check.h"
+#include "registration/fast_wide_search.h"
 #include "registration/frame_checks.h"
 #include "registration/judgement.h"
 #include "registration/moving_bodies.h"
@@ -13,6 +14,12 @@
 #include "xray_registration/volume/volume_pyramid.h"
 
 namespace xray_registration {
+namespace {
+
+/// Views are not cropped to a place.
+constexpr double kAnywhereMm = 1.0e4;
+
+}  // namespace
 
 FastRegistrar::FastRegistrar(std::shared_ptr<Device> device, const RegistrarOptions& options, const Logger& logger)
     : device_(std::move(device)),
@@ -72,7 +79,24 @@ std::string FastRegistrar::problemOf(const std::vector<ViewInput>& views,
 
 RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& inputs,
                                                 const RigidTransform& T_camera_ct_start, bool tracking) {
+  return registerFrom(inputs, {T_camera_ct_start}, tracking);
+}
+
+RegistrationResult FastRegistrar::registerAmong(const std::vector<ViewInput>& inputs,
+                                                const std::vector<RigidTransform>& T_camera_ct_starts) {
+  return registerFrom(inputs, T_camera_ct_starts, false);
+}
+
+std::unique_ptr<WideSearch> FastRegistrar::searchWidely(const std::vector<ViewInput>& inputs,
+                                                        const WideSearchRange& range) {
+  if (!hasVolume() || inputs.empty()) return nullptr;
+  return std::make_unique<FastWideSearch>(engine_.get(), inputs, options_, range);
+}
+
+RegistrationResult FastRegistrar::registerFrom(const std::vector<ViewInput>& inputs,
+                                               const std::vector<RigidTransform>& starts, bool tracking) {
   const Stopwatch watch;
+  const RigidTransform& T_camera_ct_start = starts.front();
   RegistrationResult result;
   result.T_camera_ct = T_camera_ct_start;
   result.reason = problemOf(inputs, T_camera_ct_start);
@@ -80,7 +104,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
   result.solved = true;
 
   const bool tracked = tracking && found_;
-  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels, reachMm(tracked),
+  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels, starts.size() > 1 ? kAnywhereMm : reachMm(tracked),
                  tracked ? found_->levels_to_spare : 0);
   if (options_.saturation > 0.0) views_->setSaturation(options_.saturation);
   result.upload_ms = watch.milliseconds();
@@ -97,7 +121,7 @@ RegistrationResult FastRegistrar::registerFrame(const std::vector<ViewInput>& in
     history.found_similarity = found_->similarity;
     history.found_inlier_fraction = found_->inlier_fraction;
   } else {
-    const ColdStartResult cold = startCold(&objective, T_camera_ct_start);
+    const ColdStartResult cold = startCold(&objective, starts);
     solution = cold.solution;
     history.confirmation = cold.confirmation;
     found_ = std::make_unique<ColdStart>(cold.found);

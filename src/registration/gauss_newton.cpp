@@ -105,28 +105,40 @@ GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_c
   return descent.result();
 }
 
+ManyDescents::ManyDescents(const std::vector<RigidTransform>& starts, const Eigen::Vector3d& centre_ct_mm,
+                           const GaussNewtonOptions& options) {
+  descents_.reserve(starts.size());
+  for (const RigidTransform& start : starts) descents_.emplace_back(start, centre_ct_mm, options);
+}
+
+bool ManyDescents::advance(const BatchObjective& objective) {
+  std::vector<RigidTransform> poses;
+  std::vector<DampedDescent*> waiting;
+  for (DampedDescent& descent : descents_) {
+    if (descent.done()) continue;
+    poses.push_back(descent.nextPose());
+    waiting.push_back(&descent);
+  }
+  if (waiting.empty()) return false;
+  const std::vector<StepSums> sums = objective(poses);
+  if (sums.size() != poses.size()) return false;
+  for (std::size_t i = 0; i < waiting.size(); ++i) waiting[i]->observe(sums[i]);
+  return true;
+}
+
+std::vector<GaussNewtonResult> ManyDescents::results() const {
+  std::vector<GaussNewtonResult> results;
+  results.reserve(descents_.size());
+  for (const DampedDescent& descent : descents_) results.push_back(descent.result());
+  return results;
+}
+
 std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, const std::vector<RigidTransform>& starts,
                                             const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options) {
-  std::vector<DampedDescent> descents;
-  descents.reserve(starts.size());
-  for (const RigidTransform& start : starts) descents.emplace_back(start, centre_ct_mm, options);
-  while (true) {
-    std::vector<RigidTransform> poses;
-    std::vector<DampedDescent*> waiting;
-    for (DampedDescent& descent : descents) {
-      if (descent.done()) continue;
-      poses.push_back(descent.nextPose());
-      waiting.push_back(&descent);
-    }
-    if (waiting.empty()) break;
-    const std::vector<StepSums> sums = objective(poses);
-    if (sums.size() != poses.size()) break;
-    for (std::size_t i = 0; i < waiting.size(); ++i) waiting[i]->observe(sums[i]);
+  ManyDescents descents(starts, centre_ct_mm, options);
+  while (descents.advance(objective)) {
   }
-  std::vector<GaussNewtonResult> results;
-  results.reserve(descents.size());
-  for (const DampedDescent& descent : descents) results.push_back(descent.result());
-  return results;
+  return descents.results();
 }
 
 }  // namespace xray_registration

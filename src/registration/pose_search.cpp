@@ -38,11 +38,6 @@ std::vector<RigidTransform> posesAround(const RigidTransform& start, const Eigen
   return poses;
 }
 
-/// A cost that can be compared: what is not finite comes last, and so does what was never evaluated.
-double orderedCost(const StepSums& sums) {
-  return sums.finite() && sums.weight > 0.0 ? sums.cost : std::numeric_limits<double>::infinity();
-}
-
 std::vector<RigidTransform> bestOf(const std::vector<RigidTransform>& poses, const std::vector<StepSums>& ranked) {
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), 0);
@@ -54,7 +49,12 @@ std::vector<RigidTransform> bestOf(const std::vector<RigidTransform>& poses, con
   return best;
 }
 
-/// The places of refined poses, best first.
+}  // namespace
+
+double orderedCost(const StepSums& sums) {
+  return sums.finite() && sums.weight > 0.0 ? sums.cost : std::numeric_limits<double>::infinity();
+}
+
 std::vector<RigidTransform> placesOf(std::vector<GaussNewtonResult> refined, const Eigen::Vector3d& centre_ct,
                                      std::size_t places) {
   std::stable_sort(refined.begin(), refined.end(),
@@ -68,8 +68,6 @@ std::vector<RigidTransform> placesOf(std::vector<GaussNewtonResult> refined, con
   }
   return found;
 }
-
-}  // namespace
 
 std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
                                          int first_index, std::size_t places) {

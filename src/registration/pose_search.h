@@ -12,4 +12,11 @@ namespace xray_registration {
 std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
                                          int first_index, std::size_t places);
 
+/// A cost that can be compared: what is not finite comes last, and so does what was never evaluated.
+double orderedCost(const StepSums& sums);
+
+/// The places of refined poses, best first, at most `places`.
+std::vector<RigidTransform> placesOf(std::vector<GaussNewtonResult> refined, const Eigen::Vector3d& centre_ct,
+                                     std::size_t places);
+
 }  // namespace xray_registration

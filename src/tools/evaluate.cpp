@@ -37,6 +37,8 @@ struct Arguments {
   double target_size_mm = 100.0;
   std::vector<std::string> wrong;
   bool tracking = false;
+  bool localize = false;
+  bool from_nothing = false;
   bool reference = false;
   bool verbose = false;
 };
@@ -76,6 +78,12 @@ void addOptions(CLI::App* app, Arguments* arguments) {
   app->add_flag(
       "--tracking", arguments->tracking,
       "follow the session from its first true pose instead of random starts; no error is hidden by a restart");
+  CLI::Option* const localize = app->add_flag(
+      "--localize", arguments->localize,
+      "each trial is a wide search (as ~localize) around its start, with --rotation and --translation as its range");
+  CLI::Option* const from_nothing =
+      app->add_flag("--from-nothing", arguments->from_nothing, "each trial is a wide search without any start");
+  from_nothing->excludes(localize);
   app->add_flag("--reference", arguments->reference,
                 "the poses in the bag are a reference with an error of its own; say how far the solution that starts "
                 "there ends from it");
@@ -120,6 +128,8 @@ EvaluationRun describe(const Arguments& arguments, const NodeParameters& paramet
   run.method = parameters.registrar.method == Method::kPaper ? "paper" : "fast";
   run.tracking = arguments.tracking;
   run.reference = arguments.reference;
+  if (arguments.localize) run.options.kind = TrialKind::kLocalize;
+  if (arguments.from_nothing) run.options.kind = TrialKind::kFromNothing;
   run.options.trials = arguments.trials;
   run.options.range = {arguments.rotation_deg * kRadPerDeg, arguments.translation_mm};
   run.options.body_range = {arguments.body_rotation_deg * kRadPerDeg, arguments.body_translation_mm};
@@ -197,7 +207,7 @@ void evaluate(const Arguments& arguments) {
   const SuccessCriteria criteria = successCriteria(static_cast<int>(run.views.size()));
   printTable(std::cout, run, trials, criteria);
   std::vector<ConvergenceCurve> convergence;
-  if (!arguments.plot.empty() && !run.tracking) {
+  if (!arguments.plot.empty() && !run.tracking && run.options.kind == TrialKind::kFromStart) {
     convergence = convergenceOf(&pipeline, frames, trials, centre_ct_mm, run.options.target_size_mm);
   }
   const std::string report = reportPath(arguments);

@@ -8,6 +8,7 @@
 #include "xray_registration/drr/ray_motion.h"
 #include "xray_registration/drr/resident_volume.h"
 #include "xray_registration/drr/resident_xray.h"
+#include "xray_registration/drr/shift_target.h"
 #include "xray_registration/drr/similarity.h"
 #include "xray_registration/drr/step_sums.h"
 #include "xray_registration/drr/tile_products.h"
@@ -92,6 +93,16 @@ class Engine {
 
   /// Line integrals.
   virtual FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) = 0;
+
+  /// The same for many poses in one launch.
+  virtual std::vector<FloatImage> renderMany(const XrayCamera& camera, int volume_level,
+                                             const std::vector<RigidTransform>& T_camera_ct) = 0;
+
+  /// How well the DRRs of many poses resemble a small X-ray at all shifts: normalised correlations, −1…1, and −1 where
+  /// nothing can be compared; for each pose rows of shifts() columns. At column a, row b a DRR was moved by
+  /// (reach − a, reach − b) pixels.
+  virtual std::vector<float> matchShifts(const ShiftTarget& target, int volume_level,
+                                         const std::vector<RigidTransform>& T_camera_ct) = 0;
 
   /// The line integral image and its six derivatives by the twist about the CT's centre, for tests.
   virtual std::vector<FloatImage> renderWithDerivatives(const XrayCamera& camera, int volume_level,

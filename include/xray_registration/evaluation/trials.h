@@ -21,7 +21,15 @@ struct EvaluationFrame {
   std::map<std::string, RigidTransform> T_camera_bodies_true;    ///< By name.
 };
 
+/// How a trial finds its pose.
+enum class TrialKind {
+  kFromStart,    ///< As a frame is registered from the start that it was given.
+  kLocalize,     ///< By a wide search, its range that of the starts, its centre the start.
+  kFromNothing,  ///< By a wide search without any start. The trial's start errors are NaN.
+};
+
 struct TrialOptions {
+  TrialKind kind = TrialKind::kFromStart;
   int trials = 100;
   StartRange range;
   StartRange body_range;  ///< Of each body against the CT's start.
@@ -43,6 +51,10 @@ using Progress = std::function<void(int done, int all)>;
 Trial runTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, const Twist& disturbance,
                const Eigen::Vector3d& centre_ct_mm, double target_size_mm,
                const RegistrationPipeline::BodyPoses& T_camera_bodies = {});
+
+/// The same by a wide search in the frame.
+Trial localizeTrial(RegistrationPipeline* pipeline, const EvaluationFrame& frame, const WideSearchRange& range,
+                    const Eigen::Vector3d& centre_ct_mm, double target_size_mm);
 
 /// Registers from random starts; trial i takes frame i modulo their number. `centre_ct_mm` is where starts are turned
 /// about and where the targets' cube stands. One registration from the truth warms the device up beforehand, untimed.

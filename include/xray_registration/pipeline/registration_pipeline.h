@@ -11,11 +11,13 @@
 #include "xray_registration/pipeline/frame_maker.h"
 #include "xray_registration/pipeline/parameters.h"
 #include "xray_registration/pipeline/registered_body.h"
+#include "xray_registration/registration/wide_search.h"
 #include "xray_registration/volume/volume.h"
 
 namespace xray_registration {
 
 class Engine;
+struct PipelineSearch;
 
 /// A body that is followed, as configured and as it is on the device.
 struct FollowedBodyInfo {
@@ -60,6 +62,8 @@ class RegistrationPipeline {
   /// The same with another source of registrars than the device that the parameters name.
   RegistrationPipeline(const NodeParameters& parameters, RegistrarFactory factory, const Logger& logger);
 
+  ~RegistrationPipeline();
+
   /// Opens the device and warms it up. loadCt does so too when nobody did. A failure is kept as the fault.
   /// @throws DeviceError
   void openDevice() { device_.open(); }
@@ -98,6 +102,19 @@ class RegistrationPipeline {
   /// @param T_camera_now_camera_last  The camera's own motion since lastAcceptedStamp(), when it is known.
   FrameOutcome process(double stamp_s, std::vector<RawView> views,
                        const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt);
+
+  /// Begins a wide search for the CT in one frame, in place of one that goes on; the start and the history stay as they
+  /// are. Why that cannot be, in words; empty: it has begun. It ends with the CT, with other tuning, and when the device
+  /// fails.
+  std::string beginSearch(double stamp_s, std::vector<RawView> views, const WideSearchRange& range);
+  /// Does one slice of it, some tens of milliseconds. False when nothing is left to do, or nothing was begun.
+  bool advanceSearch();
+  double searchProgress() const;        ///< 0 … 1
+  double searchBestSimilarity() const;  ///< −1 … 1
+  /// Registers the frame of the search from what it found, judged as any cold start. When that is accepted, tracking
+  /// goes on from there; otherwise start and history are what they were. Ends the search.
+  FrameOutcome finishSearch();
+  void dropSearch();
 
   /// A frame that never came to process() counts as a refused one.
   void noteUnusable();
@@ -142,6 +159,9 @@ class RegistrationPipeline {
 
  private:
   RegistrationPipeline(NodeParameters parameters, DeviceHost device, Logger logger);
+  void complete(double stamp_s, const std::optional<RigidTransform>& T_camera_now_camera_last,
+                const std::vector<RigidTransform>& places, FrameOutcome* outcome);
+  std::string viewsProblem(std::vector<RawView> views, FrameOutcome* outcome);
   std::string reasonToRefuse(double stamp_s, std::vector<RawView> views, FrameOutcome* outcome);
   std::string startProblem(double stamp_s, const FrameOutcome& frame);
   void upload(std::vector<RegisteredBody> own);
@@ -163,7 +183,9 @@ class RegistrationPipeline {
   BodyResult solveOwn(double stamp_s, const std::vector<std::optional<ViewInput>>& views, const CameraMotion& moved,
                       RegisteredBody* body);
   RegistrationResult solve(double stamp_s, const FrameOutcome& frame,
-                           const std::optional<RigidTransform>& T_camera_now_camera_last);
+                           const std::optional<RigidTransform>& T_camera_now_camera_last,
+                           const std::vector<RigidTransform>& places);
+  bool rebuildAfter(const std::string& problem);
 
   NodeParameters parameters_;
   Logger logger_;
@@ -173,6 +195,7 @@ class RegistrationPipeline {
   std::vector<RegisteredBody> own_;  ///< Bodies that are registered by themselves, beside body_.
   bool first_is_body_ = false;       ///< body_ is the first body of the list, not the CT around them.
   std::shared_ptr<const Volume> ct_;
+  std::unique_ptr<PipelineSearch> search_;  ///< After body_: it stands on its registrar.
 };
 
 }  // namespace xray_registration

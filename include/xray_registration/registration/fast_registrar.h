@@ -31,6 +31,9 @@ class FastRegistrar : public Registrar {
   bool hasVolume() const override { return engine_->hasVolume(); }
   RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
                                    bool tracking) override;
+  RegistrationResult registerAmong(const std::vector<ViewInput>& views,
+                                   const std::vector<RigidTransform>& T_camera_ct_starts) override;
+  std::unique_ptr<WideSearch> searchWidely(const std::vector<ViewInput>& views, const WideSearchRange& range) override;
   std::vector<BodyResult> registerBodies(const std::vector<BodyStart>& starts, RegistrationResult* rest) override;
   void forget() override;
   FloatImage renderDrr(const XrayCamera& camera, const RigidTransform& T_camera_ct) override;
@@ -47,6 +50,8 @@ class FastRegistrar : public Registrar {
 
  private:
   std::string problemOf(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start) const;
+  RegistrationResult registerFrom(const std::vector<ViewInput>& inputs, const std::vector<RigidTransform>& starts,
+                                  bool tracking);
 
   std::shared_ptr<Device> device_;
   RegistrarOptions options_;

@@ -74,6 +74,20 @@ GaussNewtonResult minimise(const Objective& objective, const RigidTransform& T_c
 /// The same from many starts side by side, one batch of evaluations a step. An empty batch declines.
 using BatchObjective = std::function<std::vector<StepSums>(const std::vector<RigidTransform>& T_camera_ct)>;
 
+/// Many descents, one batch of evaluations at a time.
+class ManyDescents {
+ public:
+  ManyDescents(const std::vector<RigidTransform>& starts, const Eigen::Vector3d& centre_ct_mm,
+               const GaussNewtonOptions& options);
+  /// One step of all that are not done; false when all are, or the objective declined.
+  bool advance(const BatchObjective& objective);
+  /// In the order of the starts.
+  std::vector<GaussNewtonResult> results() const;
+
+ private:
+  std::vector<DampedDescent> descents_;
+};
+
 std::vector<GaussNewtonResult> minimiseMany(const BatchObjective& objective, const std::vector<RigidTransform>& starts,
                                             const Eigen::Vector3d& centre_ct_mm, const GaussNewtonOptions& options);
 

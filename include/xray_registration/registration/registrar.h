@@ -12,6 +12,7 @@
 #include "xray_registration/registration/body.h"
 #include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/registration/suspicion.h"
+#include "xray_registration/registration/wide_search.h"
 #include "xray_registration/volume/attenuation.h"
 
 namespace xray_registration {
@@ -72,6 +73,20 @@ class Registrar {
   /// neighbour, so coarse levels may be skipped and the jump from the start is judged.
   virtual RegistrationResult registerFrame(const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
                                            bool tracking) = 0;
+
+  /// Registers one frame as a cold start from the most alike of several places (not empty), in whose neighbourhood the
+  /// CT is if it is in any of theirs; the others are rivals that the result has to stand above.
+  virtual RegistrationResult registerAmong(const std::vector<ViewInput>& views,
+                                           const std::vector<RigidTransform>& T_camera_ct_starts) {
+    return registerFrame(views, T_camera_ct_starts.front(), false);
+  }
+
+  /// Looks for the CT far from any start; null where this implementation cannot, or has no CT. What it finds is for
+  /// registerAmong. It ends before the registrar's CT does. @throws DeviceError.
+  virtual std::unique_ptr<WideSearch> searchWidely(const std::vector<ViewInput>& /*views*/,
+                                                   const WideSearchRange& /*range*/) {
+    return nullptr;
+  }
 
   /// Registers the bodies in the frame that registerFrame has just accepted, from a start for each, and refines the
   /// CT's pose, which then is the rest's, with them around it.

@@ -8,6 +8,7 @@
 
 #include "drr/opencl/guarded.h"
 #include "drr/opencl/opencl_xray.h"
+#include "drr/opencl/shift_matcher.h"
 #include "drr/opencl/workbench.h"
 #include "xray_registration/drr/opencl/opencl_volume.h"
 #include "xray_registration/drr/opencl/pose_parameters.h"
@@ -136,7 +137,7 @@ class EngineOpenCl : public Engine {
       seen.makeReady(xray_level, &bench_);
       const ResidentXray::Level& tiled = seen.level(xray_level);
       const cl::Buffer& image =
-          draw(&FastKernels::render, 1, tiled.camera, volume_level, T_camera_ct, seen.usedTiles(xray_level));
+          draw(&FastKernels::render, 1, tiled.camera, volume_level, {T_camera_ct}, seen.usedTiles(xray_level));
       seen.surroundWith(image, xray_level, &bench_);
     });
   }
@@ -237,12 +238,28 @@ class EngineOpenCl : public Engine {
   }
 
   FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) override {
-    return renderImages(&FastKernels::render, 1, camera, volume_level, T_camera_ct).front();
+    return renderMany(camera, volume_level, {T_camera_ct}).front();
+  }
+
+  std::vector<FloatImage> renderMany(const XrayCamera& camera, int volume_level,
+                                     const std::vector<RigidTransform>& T_camera_ct) override {
+    return renderImages(&FastKernels::render, 1, camera, volume_level, T_camera_ct);
+  }
+
+  std::vector<float> matchShifts(const ShiftTarget& target, int volume_level,
+                                 const std::vector<RigidTransform>& T_camera_ct) override {
+    if (T_camera_ct.empty()) return {};
+    return guarded(device_->name(), "comparing shifted DRRs", [&] {
+      const XrayCamera camera = target.widened();
+      const int tiles = layout::tilesFor(camera.width) * layout::tilesFor(camera.height);
+      const cl::Buffer& drrs = draw(&FastKernels::render, 1, camera, volume_level, T_camera_ct, allTiles(tiles));
+      return shift_matcher_.match(target, drrs, T_camera_ct.size(), &bench_);
+    });
   }
 
   std::vector<FloatImage> renderWithDerivatives(const XrayCamera& camera, int volume_level,
                                                 const RigidTransform& T_camera_ct) override {
-    return renderImages(&FastKernels::render_derivatives, 7, camera, volume_level, T_camera_ct);
+    return renderImages(&FastKernels::render_derivatives, 7, camera, volume_level, {T_camera_ct});
   }
 
   void forceSplit(int split) override { forced_split_ = split; }
@@ -365,34 +382,37 @@ class EngineOpenCl : public Engine {
     return terms_staging_;
   }
 
-  /// Runs a kernel that writes whole images, one behind the other, and reads them back.
+  /// Runs a kernel that writes whole images, `count` for each pose, one behind the other, and reads them back.
   std::vector<FloatImage> renderImages(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera,
-                                       int volume_level, const RigidTransform& T_camera_ct) {
+                                       int volume_level, const std::vector<RigidTransform>& T_camera_ct) {
+    if (T_camera_ct.empty()) return {};
     return guarded(device_->name(), "rendering a DRR", [&] {
       const int tiles = layout::tilesFor(camera.width) * layout::tilesFor(camera.height);
       const cl::Buffer& drawn = draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
-      std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
+      std::vector<FloatImage> images(count * T_camera_ct.size(), FloatImage(camera.width, camera.height));
       const std::size_t bytes = sizeof(float) * images.front().pixels.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        bench_.queue().enqueueReadBuffer(drawn, CL_TRUE, i * bytes, bytes, images[i].pixels.data());
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        bench_.queue().enqueueReadBuffer(drawn, CL_FALSE, i * bytes, bytes, images[i].pixels.data());
       }
+      bench_.queue().finish();
       return images;
     });
   }
 
   /// Runs such a kernel on the used tiles.
   const cl::Buffer& draw(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera, int volume_level,
-                         const RigidTransform& T_camera_ct, const cl::Buffer& used_tiles) {
+                         const std::vector<RigidTransform>& T_camera_ct, const cl::Buffer& used_tiles) {
     const OpenClLevel& ct = level(volume_level);
     const int tiles_x = layout::tilesFor(camera.width);
     const int tiles = tiles_x * layout::tilesFor(camera.height);
-    const auto groups = static_cast<std::size_t>(tiles);
+    const std::size_t groups = static_cast<std::size_t>(tiles) * T_camera_ct.size();
     FastKernels& k = bench_.kernels(chooseSplit(groups));
-    uploadPoses(ct, camera, {T_camera_ct});
-    planTiles(ct, tiles_x, tiles, 1, used_tiles);
+    uploadPoses(ct, camera, T_camera_ct);
+    planTiles(ct, tiles_x, tiles, T_camera_ct.size(), used_tiles);
     const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(camera.width * camera.height);
     bench_.run(&(k.*kernel), groupsOf(k.items_per_tile, groups, &march_event_), ct.words, ct.grid, poses_.get(),
-               plans_.get(), tiles_x, tiles, camera.width, camera.height, image_.atLeast(count * bytes, &bench_));
+               plans_.get(), tiles_x, tiles, camera.width, camera.height,
+               image_.atLeast(count * T_camera_ct.size() * bytes + sizeof(float) * kPixelsBehindShifts, &bench_));
     return image_.get();
   }
 
@@ -404,6 +424,7 @@ class EngineOpenCl : public Engine {
   int forced_split_ = 0;
   GrowingBuffer poses_, plans_, sums_, correlations_, terms_, image_, all_tiles_, map_, motions_;
   int all_tiles_count_ = 0;
+  ShiftMatcher shift_matcher_;
   Staging pose_staging_, motion_staging_;
   std::vector<float> terms_staging_;
   int last_windows_ = 0;

@@ -16,6 +16,7 @@ extern const char* const body_sums;
 extern const char* const windows;
 extern const char* const xray_pyramid;
 extern const char* const truncation;
+extern const char* const match_shifts;
 #define XRAY_SIMILARITY(enumerator, name, sums, span, finest_span, flat, contrast, description) \
   extern const char* const sums;
 #include "xray_registration/drr/similarities.def"
@@ -47,6 +48,7 @@ std::string fastSource() {
       {"windows", kernels::windows},
       {"xray_pyramid", kernels::xray_pyramid},
       {"truncation", kernels::truncation},
+      {"match_shifts", kernels::match_shifts},
   };
   const Part sums[] = {
 #define XRAY_SIMILARITY(enumerator, name, sums, span, finest_span, flat, contrast, description) {#sums, kernels::sums},

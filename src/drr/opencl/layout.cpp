@@ -31,6 +31,7 @@ std::string layoutOptions() {
       {"VECTORS", kVectors},
       {"SUMS", kSums},
       {"SUM_STRIDE", kSumStride},
+      {"SHIFTS_AT_ONCE", kShiftsAtOnce},
       {"TERMS", kTerms},
       {"T_MATRIX", kTermMatrix},
       {"T_GRADIENT", kTermGradient},

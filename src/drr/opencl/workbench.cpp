@@ -31,6 +31,9 @@ FastKernels& Workbench::kernels(int split) {
     k.surround = cl::Kernel(k.program, "surround");
     k.unexplained = cl::Kernel(k.program, "unexplained");
     k.apply_map = cl::Kernel(k.program, "apply_map");
+    k.outline = cl::Kernel(k.program, "outline");
+    k.match_everywhere = cl::Kernel(k.program, "match_everywhere");
+    k.match_shown = cl::Kernel(k.program, "match_shown");
     return kernels_.emplace(split, std::move(k)).first->second;
   });
 }

@@ -17,7 +17,7 @@ struct FastKernels {
   cl::Program program;
   std::size_t items_per_tile = layout::kRays;
   cl::Kernel plan, render, render_derivatives, motion_sums, body_sums, windows, halve_xray, used_tiles, leave_out_tiles,
-      surround, unexplained, apply_map;
+      surround, unexplained, apply_map, outline, match_everywhere, match_shown;
   std::vector<cl::Kernel> sums;  ///< One for each similarity.
 };
 
@@ -41,6 +41,9 @@ class Workbench {
     ++work_.launches;
     launch(queue(), kernel, range, arguments...);
   }
+
+  /// Work-items of a group that compares shifts: one takes all of them on a CPU.
+  std::size_t itemsOfShifts() const { return device_->isGpu() ? layout::kShiftsAtOnce : 1; }
 
   void countHalving() { ++work_.halvings; }
 

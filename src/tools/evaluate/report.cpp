@@ -203,8 +203,11 @@ void printHead(std::ostream& out, const EvaluationRun& run) {
   out << ", CT " << run.ct << ", method " << run.method << ", device " << run.device << '\n';
   if (run.tracking) {
     out << "tracked from the first frame's " << (run.reference ? "reference" : "true") << " pose";
+  } else if (run.options.kind == TrialKind::kFromNothing) {
+    out << run.options.trials << " wide searches without a start";
   } else {
-    out << run.options.trials << " starts within " << run.options.range.rotation_rad * kDegreesPerRadian << " deg, "
+    out << run.options.trials << (run.options.kind == TrialKind::kLocalize ? " wide searches around" : "")
+        << " starts within " << run.options.range.rotation_rad * kDegreesPerRadian << " deg, "
         << run.options.range.translation_mm << " mm, seed " << run.options.seed;
   }
   out << "; " << run.frames << " frames with a " << (run.reference ? "reference" : "true") << " pose; targets "

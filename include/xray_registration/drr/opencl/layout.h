@@ -62,6 +62,8 @@ constexpr int kMotionRadial = 12;
 constexpr int kMotionSwirl = 13;
 constexpr int kMotionOfCamera = 14;  ///< 1 or 0
 
+constexpr int kShiftsAtOnce = 32;  ///< Of a DRR against an X-ray, by one work-item of a CPU.
+
 constexpr int kMapStep = 4;  ///< Pixels between the points of the map of unexplained tissue.
 
 /// Tiles along so many pixels.
