@@ -69,8 +69,7 @@ FrameOutcome RegistrationPipeline::finishSearch() {
   }
   const std::unique_ptr<PipelineSearch> done = std::move(search_);
   FrameOutcome& outcome = done->frame;
-  const std::vector<RigidTransform> places =
-      done->search ? done->search->places() : std::vector<RigidTransform>{};
+  const std::vector<RigidTransform> places = done->search ? done->search->places() : std::vector<RigidTransform>{};
   done->search.reset();
   if (!done->failure.empty() || places.empty() || !device_.isReady(&body_)) {
     outcome.result.reason = !done->failure.empty() ? done->failure

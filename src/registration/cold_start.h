@@ -66,13 +66,14 @@ class Attempts {
 /// What a cold start gives.
 struct ColdStartResult {
   Solution solution;
+  RigidTransform T_camera_ct_start = RigidTransform::Identity();  ///< Where the search around it began.
   ColdStart found;
   std::optional<Confirmation> confirmation;  ///< None when the likeness alone is sure.
 };
 
 /// Finds the CT around a start that no accepted neighbour confirms: searches, descends coarse to fine, and, unless the
-/// result is sure, does so again from other poses and on a finer level until the best result was found twice. Of several
-/// starts the most alike is taken, and the others are its rivals. Not empty.
+/// result is sure, does so again from other poses and on a finer level until the best result was found twice. Of
+/// several starts the most alike is taken, and the others are its rivals. Not empty.
 ColdStartResult startCold(FrameObjective* objective, const std::vector<RigidTransform>& starts);
 
 }  // namespace xray_registration

@@ -104,8 +104,8 @@ RegistrationResult FastRegistrar::registerFrom(const std::vector<ViewInput>& inp
   result.solved = true;
 
   const bool tracked = tracking && found_;
-  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels, starts.size() > 1 ? kAnywhereMm : reachMm(tracked),
-                 tracked ? found_->levels_to_spare : 0);
+  views_->upload(inputs, T_camera_ct_start, options_.max_image_pixels,
+                 starts.size() > 1 ? kAnywhereMm : reachMm(tracked), tracked ? found_->levels_to_spare : 0);
   if (options_.saturation > 0.0) views_->setSaturation(options_.saturation);
   result.upload_ms = watch.milliseconds();
 
@@ -123,6 +123,8 @@ RegistrationResult FastRegistrar::registerFrom(const std::vector<ViewInput>& inp
   } else {
     const ColdStartResult cold = startCold(&objective, starts);
     solution = cold.solution;
+    // Where a wide search begins to look closer bounds nothing.
+    history.T_camera_ct_start = starts.size() > 1 ? solution.T_camera_ct : cold.T_camera_ct_start;
     history.confirmation = cold.confirmation;
     found_ = std::make_unique<ColdStart>(cold.found);
   }

@@ -12,12 +12,25 @@ namespace xray_registration {
 namespace {
 
 constexpr std::size_t kOrientationsAtOnce = 16;  // A slice.
-constexpr std::size_t kCandidates = 64;          // That are looked at on the coarsest level,
-constexpr std::size_t kRefined = 20;             // refined there,
-constexpr std::size_t kPlaces = 6;               // and refined on the next.
+constexpr std::size_t kCandidates = 128;         // That are looked at on the coarsest level,
+constexpr std::size_t kRefined = 32;             // refined there,
+constexpr std::size_t kOfABone = 3;              // so many times more of a bone among others,
+constexpr std::size_t kPlaces = 8;               // and refined on the next.
+constexpr double kHopeless = 0.15;  // Likeness that a place lacks against the best, not to be gone on from.
 constexpr int kSteps = 12;
-constexpr double kPixels = 20000.0;  // Of a view with CT behind them: what refines need not be fine.
+constexpr double kPixels = 20000.0;    // Of a view with CT behind them: what refines need not be fine.
 constexpr double kRankingShare = 0.7;  // Of the work, about.
+
+/// Without those that are far less alike than the best.
+std::vector<GaussNewtonResult> hopeful(const std::vector<GaussNewtonResult>& results) {
+  double best = -1.0;
+  for (const GaussNewtonResult& result : results) best = std::max(best, result.sums.similarity);
+  std::vector<GaussNewtonResult> kept;
+  for (const GaussNewtonResult& result : results) {
+    if (result.sums.similarity >= best - kHopeless) kept.push_back(result);
+  }
+  return kept;
+}
 
 }  // namespace
 
@@ -52,8 +65,9 @@ std::vector<StepSums> FastWideSearch::evaluate(const std::vector<RigidTransform>
 
 /// The candidates' order by small DRRs is not the objective's: all are evaluated, and the best by either go on.
 void FastWideSearch::beginRefining() {
+  const std::size_t more = ranking_.isAmongOthers() ? kOfABone : 1;
   std::vector<RigidTransform> candidates;
-  for (const RankedPlace& ranked : ranking_.best(kCandidates)) candidates.push_back(ranked.T_camera_ct);
+  for (const RankedPlace& ranked : ranking_.best(kCandidates * more)) candidates.push_back(ranked.T_camera_ct);
   if (candidates.empty()) return;
   views_.upload(inputs_, candidates.front(), kPixels);
   coarsest_ = views_.coarsestLevel(candidates.front());
@@ -66,7 +80,7 @@ void FastWideSearch::beginRefining() {
   std::vector<RigidTransform> starts;
   std::vector<bool> taken(candidates.size(), false);
   const auto take = [&](std::size_t i) {
-    if (taken[i] || starts.size() >= kRefined) return;
+    if (taken[i] || starts.size() >= kRefined * more) return;
     taken[i] = true;
     starts.push_back(candidates[i]);
   };
@@ -88,7 +102,7 @@ bool FastWideSearch::refine() {
   for (const GaussNewtonResult& result : results) {
     if (!result.failed) best_similarity_ = std::max(best_similarity_, result.sums.similarity);
   }
-  std::vector<RigidTransform> places = placesOf(results, views_.centreCt(), kPlaces);
+  std::vector<RigidTransform> places = placesOf(hopeful(results), views_.centreCt(), kPlaces);
   if (stage_.level == coarsest_ && coarsest_ > 0) {
     --stage_.level;
     beginLevel(places);

@@ -41,9 +41,9 @@ std::vector<Eigen::Matrix3d> evenRotations(double spacing_rad) {
     const double beta = 2.0 * kPi * s / kPsi;
     const double near = std::sqrt(t);
     const double far = std::sqrt(1.0 - t);
-    rotations.push_back(Eigen::Quaterniond(far * std::cos(beta), near * std::sin(alpha), near * std::cos(alpha),
-                                           far * std::sin(beta))
-                            .toRotationMatrix());
+    rotations.push_back(
+        Eigen::Quaterniond(far * std::cos(beta), near * std::sin(alpha), near * std::cos(alpha), far * std::sin(beta))
+            .toRotationMatrix());
   }
   return rotations;
 }

@@ -11,10 +11,11 @@
 namespace xray_registration {
 namespace {
 
-constexpr double kSpacingRad = 0.25;    // Between orientations: what refines from half of it is found.
-constexpr double kDepthRatio = 1.12;    // Between depths: sizes that differ by less look alike.
-constexpr double kShadowPixels = 32.0;  // Along what is seen of the CT.
-constexpr double kFewerPixels = 24.0;   // Where nothing is known.
+constexpr double kSpacingRad = 0.25;      // Between orientations: what refines from half of it is found.
+constexpr double kBoneSpacingRad = 0.17;  // A bone among others has more look-alikes nearby.
+constexpr double kDepthRatio = 1.12;      // Between depths: sizes that differ by less look alike.
+constexpr double kShadowPixels = 32.0;    // Along what is seen of the CT.
+constexpr double kFewerPixels = 24.0;     // Where nothing is known.
 constexpr int kLargestSide = 64;
 constexpr int kLargestReach = 40;
 // A CT that covers less of the image's side is one body among others.
@@ -29,7 +30,8 @@ Eigen::Matrix3d alongRay(const Eigen::Vector3d& ray) {
 }
 
 std::vector<double> depthsBetween(double nearest_mm, double farthest_mm) {
-  const int steps = std::max(1, static_cast<int>(std::ceil(std::log(farthest_mm / nearest_mm) / std::log(kDepthRatio))));
+  const int steps =
+      std::max(1, static_cast<int>(std::ceil(std::log(farthest_mm / nearest_mm) / std::log(kDepthRatio))));
   std::vector<double> depths;
   // Each stands for its part of the range.
   for (int i = 0; i < steps; ++i) depths.push_back(nearest_mm * std::pow(farthest_mm / nearest_mm, (i + 0.5) / steps));
@@ -75,13 +77,13 @@ std::size_t PlaceRanking::View::indexOf(std::size_t depth, int column, int row) 
 std::size_t PlaceRanking::View::perOrientation() const { return indexOf(depths_mm.size(), 0, 0); }
 
 PlaceRanking::PlaceRanking(Engine* engine, const std::vector<ViewInput>& inputs, const WideSearchRange& range)
-    : engine_(engine),
-      range_(range),
-      orientations_(range.T_camera_ct_centre
-                        ? orientationsAround(range.T_camera_ct_centre->linear(), range.rotation_rad, kSpacingRad)
-                        : usualOrientations(kSpacingRad)) {
+    : engine_(engine), range_(range) {
   const std::vector<Eigen::Vector3d> centres_mm = extremes(inputs.front());
   for (const ViewInput& input : inputs) views_.push_back(viewOf(input, centres_mm));
+  const double spacing_rad = isAmongOthers() ? kBoneSpacingRad : kSpacingRad;
+  orientations_ = range.T_camera_ct_centre
+                      ? orientationsAround(range.T_camera_ct_centre->linear(), range.rotation_rad, spacing_rad)
+                      : usualOrientations(spacing_rad);
   placePositions();
 }
 
@@ -208,8 +210,7 @@ bool PlaceRanking::look(std::size_t count) {
   if (count == 0 || positions_.empty()) return false;
   std::vector<std::vector<float>> correlations;
   for (const View& view : views_) {
-    correlations.push_back(
-        engine_->matchShifts(view.target, view.volume_level, posesOf(view, looked_at_, count)));
+    correlations.push_back(engine_->matchShifts(view.target, view.volume_level, posesOf(view, looked_at_, count)));
   }
   for (std::size_t i = 0; i < count; ++i) {
     std::vector<const float*> of_views;

@@ -23,6 +23,8 @@ class PlaceRanking {
   /// The engine has its CT and outlives this. @throws DeviceError.
   PlaceRanking(Engine* engine, const std::vector<ViewInput>& inputs, const WideSearchRange& range);
 
+  /// Whether the CT is a small part of what the X-rays show: a bone among others has more look-alikes.
+  bool isAmongOthers() const { return views_.front().target.detail_radius > 0; }
   std::size_t orientations() const { return orientations_.size(); }
   /// The next so many orientations; false when there are none left. @throws DeviceError.
   bool look(std::size_t count);

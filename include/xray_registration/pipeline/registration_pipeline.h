@@ -104,8 +104,8 @@ class RegistrationPipeline {
                        const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt);
 
   /// Begins a wide search for the CT in one frame, in place of one that goes on; the start and the history stay as they
-  /// are. Why that cannot be, in words; empty: it has begun. It ends with the CT, with other tuning, and when the device
-  /// fails.
+  /// are. Why that cannot be, in words; empty: it has begun. It ends with the CT, with other tuning, and when the
+  /// device fails.
   std::string beginSearch(double stamp_s, std::vector<RawView> views, const WideSearchRange& range);
   /// Does one slice of it, some tens of milliseconds. False when nothing is left to do, or nothing was begun.
   bool advanceSearch();
