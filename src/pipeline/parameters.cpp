@@ -175,12 +175,24 @@ void readGeometry(const YAML::Node& tree, SetupSigmas* sigmas) {
   group.refuseUnknown();
 }
 
-void readTracking(const YAML::Node& tree, TrackerOptions* tracker) {
+void readLocalize(const YAML::Node& tree, LocalizeParameters* localize) {
+  ParameterGroup group(tree, "localize");
+  group.number("nearest_mm", 10.0, 1e4, &localize->nearest_mm);
+  group.number("farthest_mm", 10.0, 1e4, &localize->farthest_mm);
+  group.refuseUnknown();
+  if (localize->farthest_mm < localize->nearest_mm) {
+    group.fail("farthest_mm", std::to_string(localize->farthest_mm), "not less than localize/nearest_mm");
+  }
+}
+
+void readTracking(const YAML::Node& tree, TrackerOptions* tracker, Recover* recover) {
   ParameterGroup group(tree, "tracking");
   group.integer("frames_until_lost", 1, 100000, &tracker->frames_until_lost);
   group.number("max_prediction_gap_s", 0.0, 3600.0, &tracker->max_prediction_gap_s);
   group.number("max_velocity_mm_s", 0.0, 1e5, &tracker->max_velocity_mm_s);
   group.number("max_velocity_rad_s", 0.0, 1e3, &tracker->max_velocity_rad_s);
+  group.choice<Recover>("recover", {{"off", Recover::kOff}, {"local", Recover::kLocal}, {"wide", Recover::kWide}},
+                        recover);
   group.refuseUnknown();
 }
 
@@ -266,7 +278,8 @@ NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   readAccept(tree, &parameters.registrar.accept);
   readSolver(tree, &parameters.registrar);
   readGeometry(tree, &parameters.registrar.setup);
-  readTracking(tree, &parameters.tracker);
+  readTracking(tree, &parameters.tracker, &parameters.recover);
+  readLocalize(tree, &parameters.localize);
   readCalibration(tree, &parameters.calibration_frames);
   parameters.bodies = readBodies(tree, logger);
   validate(parameters);

@@ -151,6 +151,7 @@ std::optional<RigidTransform> RegistrationPipeline::configuredStartOf(const std:
 }
 
 void RegistrationPipeline::setPose(const RigidTransform& T_camera_ct, const BodyPoses& T_camera_bodies) {
+  dropSearch();
   std::vector<RigidTransform> T_ct_bodies;
   for (const BodyModel& body : body_.bodies) {
     const auto given = T_camera_bodies.find(body.name);
@@ -197,6 +198,7 @@ bool RegistrationPipeline::hasStart(double stamp_s) const {
 void RegistrationPipeline::reset() {
   dropSearch();
   body_.forgetPose();
+  recovery_.note(true);
   for (RegisteredBody& body : own_) body.forgetPose();
   device_.forgetFault(&body_);
   if (!body_.registrar) closeOwn();
@@ -245,15 +247,31 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
   const Stopwatch watch;
   FrameOutcome outcome;
   outcome.result.reason = reasonToRefuse(stamp_s, std::move(views), &outcome);
-  if (outcome.result.reason.empty()) {
-    complete(stamp_s, T_camera_now_camera_last, {}, &outcome);
-  } else {
+  const bool usable = outcome.result.reason.empty();
+  if (!usable || !registerOrRecover(stamp_s, T_camera_now_camera_last, &outcome)) {
     refuseBodies(outcome.result.reason, &outcome.result);
     refuseOwn(&outcome.result);
   }
   outcome.state = state();
   outcome.total_ms = watch.milliseconds();
   return outcome;
+}
+
+/// Registers a frame, or does what is done instead while the CT is LOST; then it is false, with the reason.
+bool RegistrationPipeline::registerOrRecover(double stamp_s,
+                                             const std::optional<RigidTransform>& T_camera_now_camera_last,
+                                             FrameOutcome* outcome) {
+  switch (recovery_.next(parameters_.recover, body_.tracker.state())) {
+    case Recovery::Step::kWait:
+      outcome->result.reason = "the CT is lost, and parameter tracking/recover is off: a new pose is needed";
+      return false;
+    case Recovery::Step::kSearch:
+      return registerWhatIsFound(stamp_s, T_camera_now_camera_last, outcome);
+    case Recovery::Step::kRegister:
+      complete(stamp_s, T_camera_now_camera_last, {}, outcome);
+  }
+  recovery_.note(outcome->result.accepted);
+  return true;
 }
 
 /// Registers a frame whose views are made, the CT and whatever goes with it.

@@ -14,8 +14,8 @@ namespace {
 constexpr double kSpacingRad = 0.25;      // Between orientations: what refines from half of it is found.
 constexpr double kBoneSpacingRad = 0.17;  // A bone among others has more look-alikes nearby.
 constexpr double kDepthRatio = 1.12;      // Between depths: sizes that differ by less look alike.
-constexpr double kShadowPixels = 32.0;    // Along what is seen of the CT.
-constexpr double kFewerPixels = 24.0;     // Where nothing is known.
+constexpr double kShadowPixels = 24.0;  // Along what is seen of the CT,
+constexpr double kBonePixels = 32.0;  // of a bone among others.
 constexpr int kLargestSide = 64;
 constexpr int kLargestReach = 40;
 // A CT that covers less of the image's side is one body among others.
@@ -121,8 +121,10 @@ PlaceRanking::View PlaceRanking::viewOf(const ViewInput& input, const std::vecto
   const double field_mm = std::min(camera.width, camera.height) * camera.pixelSizeAt(depth_mm);
   const double size_mm = 2.0 * engine_->volume().radiusMm();
   const bool known = range_.T_camera_ct_centre.has_value();
-  view.target = smallImage(*input.xray, std::min(size_mm, field_mm) / (known ? kShadowPixels : kFewerPixels), depth_mm);
-  if (size_mm < kAmongOthers * field_mm) view.target.detail_radius = kDetailRadius;
+  const bool among_others = size_mm < kAmongOthers * field_mm;
+  view.target =
+      smallImage(*input.xray, std::min(size_mm, field_mm) / (among_others ? kBonePixels : kShadowPixels), depth_mm);
+  if (among_others) view.target.detail_radius = kDetailRadius;
   const XrayCamera whole = view.target.camera;
   view.middle = {0.5 * (whole.width - 1), 0.5 * (whole.height - 1)};
   double reach = 0.5 * std::max(whole.width, whole.height);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "live_parameters.h"
+#include "localize_server.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/node_parameters.h"
 #include "xray_registration/ros/result_transforms.h"
@@ -90,6 +91,7 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
   diagnostics_->add("registration", [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
   serveTuning();
   advertiseServices();
+  localize_server_ = std::make_unique<LocalizeServer>(private_node_, worker_.get());
   nameInputs();
   subscribe();
   watch_timer_ =
@@ -115,6 +117,7 @@ RegistrationNode::~RegistrationNode() {
   image_subscribers_.clear();
   info_subscribers_.clear();
   for (ros::Subscriber& subscriber : pose_subscribers_) subscriber.shutdown();
+  localize_server_.reset();
   worker_->stop();  // Answers a ~load_ct that waits, so that the service threads can end.
   for (ros::ServiceServer& service : services_) service.shutdown();
   service_spinner_->stop();

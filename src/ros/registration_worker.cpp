@@ -253,6 +253,7 @@ void RegistrationWorker::restart(const std::string& why) {
 void RegistrationWorker::restartNow(const std::string& why) {
   log(logger_, LogLevel::kWarning, why + ": the pose is forgotten, the CT is kept");
   pipeline_.reset();
+  newest_.reset();
   publishers_->forgetStamps();
   bindCameraFrame("");
   calibration_frames_.forget();
@@ -317,6 +318,7 @@ void RegistrationWorker::offer(FrameMessages frame) {
   if (!enabled_) return refuse(frame.header, "registration is switched off (~set_enabled)");
   if (loading_) return refuse(frame.header, "a CT is being loaded");
   if (calibrating_) return refuse(frame.header, "a calibration is being worked out (~calibrate)");
+  if (searching_) return refuse(frame.header, "the CT is being searched for (~localize)");
   if (opening_) {
     return refuse(frame.header, parameters_.needsCt() ? "no CT is loaded; the device is being opened"
                                                       : "the bodies are being loaded");
@@ -378,6 +380,7 @@ void RegistrationWorker::loseTrack(const std::string& why) {
 
 void RegistrationWorker::handle(const FrameMessages& frame) {
   std_msgs::Header header = frame.header;
+  if (frame.views.front().image) newest_ = frame;
   if (parameters_.mode == Mode::kOnDemand && !register_requested_) {
     return refuse(header, "mode is on_demand: waiting for a pose or ~register_once");
   }
@@ -447,11 +450,17 @@ bool RegistrationWorker::canRegister(const std_msgs::Header& header) const {
 /// Where the camera is in frames/fixed: asked once for a frame, for its start and for tf. A frame for which that is not
 /// known could not be published, so it is not registered either.
 std::string RegistrationWorker::findCamera(const std_msgs::Header& header) {
+  // What the pipeline refuses anyway needs no transform, and its reason comes first.
+  if (!parameters_.frames.fixed.empty() && !canRegister(header)) {
+    T_fixed_camera_.reset();
+    return "";
+  }
+  return lookUpCamera(header);
+}
+
+std::string RegistrationWorker::lookUpCamera(const std_msgs::Header& header) {
   T_fixed_camera_ = RigidTransform::Identity();
   if (parameters_.frames.fixed.empty()) return "";
-  T_fixed_camera_.reset();
-  // What the pipeline refuses anyway needs no transform, and its reason comes first.
-  if (!canRegister(header)) return "";
   std::string why;
   T_fixed_camera_ = transforms_->lookup(parameters_.frames.fixed, header.frame_id, header.stamp,
                                         parameters_.frames.tf_timeout_s, &why);

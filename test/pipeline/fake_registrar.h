@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -25,6 +26,13 @@ struct Script {
   bool takes_options = true;
   std::function<void()> on_set_volume;  ///< May throw; the old volume is gone by then.
 
+  int search_slices = 3;                      ///< Of a wide search; less than 0: it knows none.
+  int failures_to_search = 0;                 ///< Slices that the device fails at.
+  std::vector<RigidTransform> places;         ///< That a wide search finds.
+  std::optional<WideSearchRange> last_range;  ///< Of a wide search.
+  int searches_alive = 0;
+  std::vector<RigidTransform> last_places;  ///< That a frame was registered among.
+
   std::vector<bool> accepts_bodies;          ///< One for each body; more are accepted.
   std::function<void(BodyResult*)> on_body;  ///< Changes what a body's result would be.
   std::vector<BodyStart> last_body_starts;
@@ -37,6 +45,30 @@ struct Script {
   RigidTransform last_start = RigidTransform::Identity();
   bool last_tracking = false;
   bool last_was_empty = false;  ///< The registrar that registered last had registered nothing before.
+};
+
+/// Slices that do nothing.
+class FakeSearch : public WideSearch {
+ public:
+  explicit FakeSearch(Script* script) : script_(script) { ++script_->searches_alive; }
+  ~FakeSearch() override { --script_->searches_alive; }
+  FakeSearch(const FakeSearch&) = delete;
+  FakeSearch& operator=(const FakeSearch&) = delete;
+
+  bool advance() override {
+    if (script_->failures_to_search > 0) {
+      --script_->failures_to_search;
+      throw DeviceError("device lost", -5);
+    }
+    return ++done_ < script_->search_slices;
+  }
+  double progress() const override { return done_ / static_cast<double>(script_->search_slices); }
+  double bestSimilarity() const override { return 0.5; }
+  const std::vector<RigidTransform>& places() const override { return script_->places; }
+
+ private:
+  Script* script_;
+  int done_ = 0;
 };
 
 /// Does what the script says. Like a real one it must not be asked for anything without a volume: it throws what no
@@ -115,6 +147,17 @@ class FakeRegistrar : public Registrar {
     if (script_->gives_nan) result.T_camera_ct.translation().x() = std::numeric_limits<double>::quiet_NaN();
     result.covariance.diagonal() << 1.0, 2.0, 3.0, 4.0, 5.0, 6.0;
     return result;
+  }
+  RegistrationResult registerAmong(const std::vector<ViewInput>& views,
+                                   const std::vector<RigidTransform>& places) override {
+    script_->last_places = places;
+    return registerFrame(views, places.front(), false);
+  }
+  std::unique_ptr<WideSearch> searchWidely(const std::vector<ViewInput>& views, const WideSearchRange& range) override {
+    needVolume();
+    script_->last_views = views;
+    script_->last_range = range;
+    return script_->search_slices < 0 ? nullptr : std::make_unique<FakeSearch>(script_);
   }
   void forget() override {
     is_empty_ = true;

@@ -11,6 +11,7 @@
 #include "xray_registration/image/xray_frame.h"
 #include "xray_registration/pipeline/body_parameters.h"
 #include "xray_registration/pipeline/health.h"
+#include "xray_registration/pipeline/recovery.h"
 #include "xray_registration/pipeline/stamp_guard.h"
 #include "xray_registration/registration/registrar_options.h"
 #include "xray_registration/registration/tracker.h"
@@ -75,6 +76,12 @@ struct SyncParameters {
   bool allow_missing_view = false;  ///< Register with the views that are there.
 };
 
+/// localize/…: a wide search without any start.
+struct LocalizeParameters {
+  double nearest_mm = 450.0;    ///< From the first view's source to the CT's centre, at least,
+  double farthest_mm = 1100.0;  ///< and at most.
+};
+
 /// Everything that node, register_bag and evaluate can be told; one YAML file serves all of them. Defaults are the
 /// members' initial values.
 struct NodeParameters {
@@ -86,8 +93,10 @@ struct NodeParameters {
   HealthParameters health;
   std::vector<std::string> views;  ///< Empty: one view, topics without a prefix.
   std::string device = "auto";
-  RegistrarOptions registrar;  ///< method, accept/…, solver/…, paper/…
-  TrackerOptions tracker;      ///< tracking/…
+  RegistrarOptions registrar;         ///< method, accept/…, solver/…, paper/…
+  TrackerOptions tracker;             ///< tracking/…
+  Recover recover = Recover::kLocal;  ///< tracking/recover
+  LocalizeParameters localize;
   int calibration_frames =
       12;  ///< calibration/frames: kept for ~calibrate, those whose poses differ the most; 0: none.
   Mode mode = Mode::kTrack;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -112,8 +113,9 @@ class RegistrationPipeline {
   double searchProgress() const;        ///< 0 … 1
   double searchBestSimilarity() const;  ///< −1 … 1
   /// Registers the frame of the search from what it found, judged as any cold start. When that is accepted, tracking
-  /// goes on from there; otherwise start and history are what they were. Ends the search.
-  FrameOutcome finishSearch();
+  /// goes on from there; otherwise, and when `is_wanted` says then that nobody waits for it any more, start and history
+  /// are what they were. Ends the search.
+  FrameOutcome finishSearch(const std::function<bool()>& is_wanted = {});
   void dropSearch();
 
   /// A frame that never came to process() counts as a refused one.
@@ -186,6 +188,11 @@ class RegistrationPipeline {
                            const std::optional<RigidTransform>& T_camera_now_camera_last,
                            const std::vector<RigidTransform>& places);
   bool rebuildAfter(const std::string& problem);
+  std::string startSearch(double stamp_s, FrameOutcome frame, const WideSearchRange& range);
+  bool registerOrRecover(double stamp_s, const std::optional<RigidTransform>& T_camera_now_camera_last,
+                         FrameOutcome* outcome);
+  bool registerWhatIsFound(double stamp_s, const std::optional<RigidTransform>& T_camera_now_camera_last,
+                           FrameOutcome* outcome);
 
   NodeParameters parameters_;
   Logger logger_;
@@ -195,6 +202,7 @@ class RegistrationPipeline {
   std::vector<RegisteredBody> own_;  ///< Bodies that are registered by themselves, beside body_.
   bool first_is_body_ = false;       ///< body_ is the first body of the list, not the CT around them.
   std::shared_ptr<const Volume> ct_;
+  Recovery recovery_;
   std::unique_ptr<PipelineSearch> search_;  ///< After body_: it stands on its registrar.
 };
 

@@ -39,6 +39,8 @@ class DiagnosticStatusWrapper;
 
 namespace xray_registration {
 
+class LocalizeServer;
+
 /// The node's logger: rosconsole.
 Logger rosLogger();
 
@@ -120,6 +122,7 @@ class RegistrationNode {
   std::unique_ptr<dynamic_reconfigure::Server<TrackingConfig>> tracking_server_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
 
+  std::unique_ptr<LocalizeServer> localize_server_;
   std::unique_ptr<MasterWatch> master_watch_;
 
   // Last: their threads end before anything that they use.

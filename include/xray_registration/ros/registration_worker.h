@@ -19,6 +19,7 @@
 #include "xray_registration/ros/publishers.h"
 #include "xray_registration/ros/transforms.h"
 #include "xray_registration/ros/view_synchroniser.h"
+#include "xray_registration/ros/wide_search_task.h"
 
 namespace xray_registration {
 
@@ -55,6 +56,11 @@ class RegistrationWorker {
   /// while another one is worked out; broken when the worker stops.
   std::future<Calibrate::Response> calibrate();
 
+  /// Searches the newest frame widely for the CT. Frames are refused meanwhile, and everything else that is asked of
+  /// the worker is done between two slices. Answered at once while another search goes on; broken when the worker
+  /// stops.
+  std::future<WideSearchTask::Answer> localize(const std::shared_ptr<WideSearchTask>& task);
+
   /// The CT's pose in `frame_id`; an empty one is the first view's optical frame. Resolved at the next frame's stamp.
   /// With the name of a body it is that body's alone; one that is cut out of the CT waits until the CT has a pose.
   void setPose(const RigidTransform& T_frame_ct, const std::string& frame_id, const std::string& body = "");
@@ -86,6 +92,11 @@ class RegistrationWorker {
   Answer loadCtNow(const std::string& path, const std::string& series_uid);
   void loadBodiesNow();
   Calibrate::Response calibrateNow();
+  void beginSearch(const std::shared_ptr<WideSearchTask>& task);
+  std::string searchProblem(WideSearchTask* task);
+  void advanceSearch(const std::shared_ptr<WideSearchTask>& task);
+  void endSearch(WideSearchTask* task, const FrameOutcome& outcome);
+  std::string lookUpCamera(const std_msgs::Header& header);
   void keepToCalibrate(const FrameMessages& frame, const FrameOutcome& outcome);
   void publishSurfaces();
   void updateStatistics();
@@ -120,6 +131,7 @@ class RegistrationWorker {
   std::atomic<bool> opening_{true};   ///< The device, at the start.
   std::atomic<bool> loading_{false};  ///< A CT, from the request on.
   std::atomic<bool> calibrating_{false};
+  std::atomic<bool> searching_{false};
   std::atomic<bool> watching_{false};  ///< A look is waiting for the worker.
   std::atomic<bool> stopping_{false};
   mutable std::mutex camera_frame_mutex_;
@@ -129,6 +141,7 @@ class RegistrationWorker {
   // The worker thread's own.
   RegistrationPipeline pipeline_;
   PoseRequests pose_requests_;
+  std::optional<FrameMessages> newest_;  ///< With an image of the first view: what is searched in.
   bool register_requested_ = false;
   std::chrono::steady_clock::time_point last_looked_at_;  ///< When a frame last left the solver.
   InitialPoseScope initial_pose_scope_;

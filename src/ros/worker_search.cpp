@@ -1,0 +1,93 @@
+#include <utility>
+
+#include "xray_registration/ros/registration_worker.h"
+#include "xray_registration/ros/result_transforms.h"
+
+namespace xray_registration {
+namespace {
+
+void answer(WideSearchTask* task, const std::string& message) {
+  WideSearchTask::Answer refusal;
+  refusal.message = message;
+  task->promise.set_value(std::move(refusal));
+}
+
+}  // namespace
+
+std::future<WideSearchTask::Answer> RegistrationWorker::localize(const std::shared_ptr<WideSearchTask>& task) {
+  std::future<WideSearchTask::Answer> result = task->promise.get_future();
+  if (searching_.exchange(true)) {
+    answer(task.get(), "another wide search goes on; ask again when that is done");
+  } else if (!mailbox_.post([this, task] { beginSearch(task); })) {
+    answer(task.get(), "the node is shutting down");
+  }
+  return result;
+}
+
+void RegistrationWorker::beginSearch(const std::shared_ptr<WideSearchTask>& task) {
+  const std::string problem = searchProblem(task.get());
+  if (problem.empty()) return advanceSearch(task);
+  searching_ = false;
+  log(logger_, LogLevel::kWarning, "~localize: " + problem);
+  answer(task.get(), problem);
+}
+
+/// Begins the search in the newest frame; why that cannot be.
+std::string RegistrationWorker::searchProblem(WideSearchTask* task) {
+  if (!newest_) return "no X-ray has come yet that could be searched in";
+  task->frame = *newest_;
+  std_msgs::Header& header = task->frame.header;
+  if (!task->frame.views.front().image) return "the newest frame has no image of the first view";
+  if (std::string problem = frameProblem(header.frame_id, parameters_.frames, parameters_.bodies); !problem.empty()) {
+    return problem;
+  }
+  if (std::string problem = lookUpCamera(header); !problem.empty()) return problem;
+  WideSearchRange range;
+  range.rotation_rad = task->rotation_rad;
+  range.translation_mm = task->translation_mm;
+  range.nearest_mm = parameters_.localize.nearest_mm;
+  range.farthest_mm = parameters_.localize.farthest_mm;
+  if (task->T_frame_ct_centre) {
+    std::string why;
+    const std::optional<RigidTransform> T_camera_frame =
+        transforms_->lookup(header.frame_id, task->frame_id, header.stamp, parameters_.frames.tf_timeout_s, &why);
+    if (!T_camera_frame) return why;
+    range.T_camera_ct_centre = *T_camera_frame * *task->T_frame_ct_centre;
+  } else {
+    resolvePose(header);
+    range.T_camera_ct_centre = pipeline_.prediction(header.stamp.toSec());
+  }
+  return pipeline_.beginSearch(header.stamp.toSec(), rawViews(task->frame, header.frame_id), range);
+}
+
+/// One slice, then whatever else waits for the worker; so a reset, another CT, or the node's end get between.
+void RegistrationWorker::advanceSearch(const std::shared_ptr<WideSearchTask>& task) {
+  const auto is_wanted = [&task] { return !task->cancelled && std::chrono::steady_clock::now() < task->deadline; };
+  const bool goes_on = is_wanted() && pipeline_.advanceSearch();
+  task->progress = pipeline_.searchProgress();
+  task->best_similarity = pipeline_.searchBestSimilarity();
+  if (goes_on) {
+    mailbox_.post([this, task] { advanceSearch(task); });
+    return;
+  }
+  if (is_wanted()) {
+    endSearch(task.get(), pipeline_.finishSearch(is_wanted));
+    return;
+  }
+  pipeline_.dropSearch();
+  searching_ = false;
+  answer(task.get(),
+         task->cancelled ? "the wide search was ended" : "the time limit passed before the search was done");
+}
+
+void RegistrationWorker::endSearch(WideSearchTask* task, const FrameOutcome& outcome) {
+  if (outcome.registered) publishOutcome(task->frame, task->frame.header, outcome);
+  updateStatistics();
+  searching_ = false;
+  const RegistrationResult& result = outcome.result;
+  log(logger_, result.accepted ? LogLevel::kInfo : LogLevel::kWarning,
+      result.accepted ? "~localize: the CT was found" : "~localize: nothing was accepted: " + result.reason);
+  task->promise.set_value({result.accepted, result.reason, task->frame.header, result.T_camera_ct, result.similarity});
+}
+
+}  // namespace xray_registration
