@@ -120,7 +120,8 @@ TEST_F(Shifts, TheBestShiftIsWhereTheCtIs) {
     const auto best = static_cast<int>(std::max_element(found.begin(), found.end()) - found.begin());
     EXPECT_EQ(best % xray.shifts(), xray.reach - 2);
     EXPECT_EQ(best / xray.shifts(), xray.reach + 3);
-    EXPECT_GT(found[static_cast<std::size_t>(best)], 0.95F);
+    // At the border, the X-ray's surroundings end where the DRR's go on.
+    EXPECT_GT(found[static_cast<std::size_t>(best)], 0.9F);
   }
 }
 

@@ -42,6 +42,8 @@ class Localize : public testing::Test {
   static RegistrationStatus sendBlack() {
     sensor_msgs::Image image = scene_->image(scene_->pose(0), ros::Time::now(), kFrame);
     std::fill(image.data.begin(), image.data.end(), std::uint8_t{0});
+    static std::size_t blacks = 0;
+    image.data[2 * blacks++] = 1;  // The same picture again would be one that is held.
     probe_->publish(image, scene_->info(image.header));
     return probe_->answer(image.header.stamp);
   }
