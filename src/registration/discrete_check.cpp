@@ -22,8 +22,9 @@ constexpr int kSteps = 10;
 /// σ, and how much more likeness than the solution's, that is no chance.
 constexpr double kBetter = 4.0;
 constexpr double kBetterLikeness = 0.02;
-/// A likeness that leaves no room for anything that is so much better. Images of the wrong side reach 0.9.
-constexpr double kNothingBetter = 0.97;
+/// A likeness that leaves no room for anything that is so much better. A head whose X-ray is mirrored reaches 0.97 from
+/// its other side.
+constexpr double kNothingBetter = 1.0 - kBetterLikeness;
 /// Likeness on the coarsest level that a hypothesis may lack against the solution's and still be looked at closer.
 constexpr double kWorthALook = 0.05;
 
@@ -123,8 +124,10 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
   for (std::size_t i = 0; i < hypotheses.all().size(); ++i) {
     const DiscreteHypothesis& hypothesis = hypotheses.all()[i];
     if (found && !hypothesis.keeps_likeness) continue;
-    SmallFrame other(engine, hypotheses.putRight(i, told.views, T_camera_ct_start, engine->volume().centreCt()),
-                     options);
+    SmallFrame other(
+        engine,
+        hypotheses.putRight(i, told.views, T_camera_ct_start, solution.T_camera_ct, engine->volume().centreCt()),
+        options);
     if (other.search(coarsest) < coarse_likeness - kWorthALook) continue;
     const Likeness likeness = other.likenessOn(0);
     const double gain = likeness.mean - told_likeness.mean;

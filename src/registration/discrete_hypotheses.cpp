@@ -55,6 +55,29 @@ RigidTransform inMirror(const RigidTransform& motion) {
   return mirrored;
 }
 
+/// The CT's centre where a mirrored image has it.
+Eigen::Vector3d centreInMirror(const Eigen::Vector3d& centre_mm, const XrayCamera& camera) {
+  const double u = camera.project(centre_mm).x();
+  Eigen::Vector3d mirrored = centre_mm;
+  mirrored.x() = (camera.width - 1 - u - camera.cx) / camera.fx * centre_mm.z();
+  return mirrored;
+}
+
+/// Where the CT is, if an image that was mirrored left to right made it look as found.
+RigidTransform otherSide(const RigidTransform& T_camera_ct_found, bool from_behind, const XrayCamera& camera,
+                         const Eigen::Vector3d& centre_ct_mm) {
+  const Eigen::DiagonalMatrix<double, 3> mirror(-1.0, 1.0, 1.0);
+  const Eigen::DiagonalMatrix<double, 3> half_turn(-1.0, 1.0, -1.0);
+  RigidTransform other = RigidTransform::Identity();
+  if (from_behind) {
+    other.linear() = half_turn * T_camera_ct_found.linear();
+  } else {
+    other.linear() = mirror * T_camera_ct_found.linear() * mirror;
+  }
+  other.translation() = centreInMirror(T_camera_ct_found * centre_ct_mm, camera) - other.linear() * centre_ct_mm;
+  return other;
+}
+
 std::string ofView(const std::string& name) { return name.empty() ? "" : " of the view '" + name + "'"; }
 
 const char* const kCheckImage = "check the image source's flip and rotation settings";
@@ -78,6 +101,10 @@ DiscreteHypotheses::DiscreteHypotheses(const std::vector<std::string>& view_name
     add({"inverted_image", xray + " looks inverted", "check image/kind: dark and bright are exchanged", false},
         {Kind::kInverted, 0, views});
     if (views.size() != view_names.size()) continue;
+    for (const Start start : {Start::kFromBehind, Start::kInMirror}) {
+      add({"mirrored_image", xray + " looks mirrored, and the CT seen from its other side", kCheckImage, true},
+          {Kind::kMirrored, 0, views, start});
+    }
     add({"turned_image", xray + " looks turned by 90 degrees clockwise", kCheckImage, false},
         {Kind::kTurned, 3, views});
     add({"turned_image", xray + " looks turned by 90 degrees counterclockwise", kCheckImage, false},
@@ -92,10 +119,14 @@ DiscreteHypotheses::DiscreteHypotheses(const std::vector<std::string>& view_name
 }
 
 PutRight DiscreteHypotheses::putRight(std::size_t index, const std::vector<ViewInput>& views,
-                                      const RigidTransform& T_camera_ct_start,
+                                      const RigidTransform& T_camera_ct_start, const RigidTransform& T_camera_ct_found,
                                       const Eigen::Vector3d& centre_ct_mm) const {
   const Change& change = changes_[index];
   PutRight right{views, T_camera_ct_start};
+  if (change.start != Start::kAsTold) {
+    right.T_camera_ct_start =
+        otherSide(T_camera_ct_found, change.start == Start::kFromBehind, views.front().xray->camera, centre_ct_mm);
+  }
   if (change.kind == Kind::kExchanged) {
     std::swap(right.views[0].xray, right.views[1].xray);
     return right;

@@ -27,16 +27,23 @@ class DiscreteHypotheses {
  public:
   explicit DiscreteHypotheses(const std::vector<std::string>& view_names);
   const std::vector<DiscreteHypothesis>& all() const { return all_; }
-  /// The frame with hypothesis `index` put right. Its images are copied: give small ones.
+  /// The frame with hypothesis `index` put right. Its images are copied: give small ones. What was found in the frame
+  /// as it was told may be where the CT looks so from the wrong side, and then says where the right one is.
   PutRight putRight(std::size_t index, const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
-                    const Eigen::Vector3d& centre_ct_mm) const;
+                    const RigidTransform& T_camera_ct_found, const Eigen::Vector3d& centre_ct_mm) const;
 
  private:
   enum class Kind { kMirrored, kTurned, kInverted, kExchanged, kMirroredCt };
+  enum class Start {
+    kAsTold,
+    kFromBehind,  ///< Any body from behind looks mirrored, nearly;
+    kInMirror,    ///< and one whose left and right are alike looks so from its other side.
+  };
   struct Change {
     Kind kind;
     int quarter_turns = 0;           ///< Clockwise, before a reflection left to right.
     std::vector<std::size_t> views;  ///< That are changed.
+    Start start = Start::kAsTold;
   };
   void add(const DiscreteHypothesis& hypothesis, const Change& change);
 

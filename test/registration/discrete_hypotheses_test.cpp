@@ -47,7 +47,7 @@ std::size_t indexOf(const DiscreteHypotheses& hypotheses, const std::string& wor
 
 PutRight putRight(const std::string& words, const std::vector<ViewInput>& views) {
   const DiscreteHypotheses hypotheses({"ap", "oblique"});
-  return hypotheses.putRight(indexOf(hypotheses, words), views, start(), kCentreCt);
+  return hypotheses.putRight(indexOf(hypotheses, words), views, start(), start(), kCentreCt);
 }
 
 const FloatImage& imageOf(const PutRight& right, std::size_t view) { return right.views[view].xray->attenuation; }
