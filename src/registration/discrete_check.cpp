@@ -20,7 +20,7 @@ constexpr int kSide = 128;
 constexpr double kPixels = 12000.0;
 constexpr int kSteps = 10;
 /// σ, and how much more likeness than the solution's, that is no chance.
-constexpr double kBetter = 4.0;
+constexpr double kBetter = 2.5;
 constexpr double kBetterLikeness = 0.02;
 /// A likeness that leaves no room for anything that is so much better. A head whose X-ray is mirrored reaches 0.97 from
 /// its other side.

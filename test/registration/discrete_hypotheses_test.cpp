@@ -121,5 +121,48 @@ TEST(DiscreteHypotheses, OneViewIsNotAskedAboutOthers) {
   }
 }
 
+/// A body that is the same left and right (CT x = ±), as points.
+std::vector<Eigen::Vector3d> twinPoints() {
+  std::vector<Eigen::Vector3d> points;
+  for (const double side : {-1.0, 1.0}) {
+    points.push_back(kCentreCt + Eigen::Vector3d(side * 20.0, 10.0, 30.0));
+    points.push_back(kCentreCt + Eigen::Vector3d(side * 40.0, -50.0, 5.0));
+  }
+  return points;
+}
+
+/// What was found in a mirrored X-ray of such a body is its mirror image; from there the right pose has to come out.
+TEST(DiscreteHypotheses, AMirroredImageOfWhatIsAlikeOnBothSidesIsSeenFromTheOther) {
+  const DiscreteHypotheses hypotheses({""});
+  const ViewInput seen = view("", 0.0F);
+  const XrayCamera camera = seen.xray->camera;
+  const std::string words = "the X-ray looks mirrored, and the CT seen from its other side";
+  // The pose in whose mirrored image the points lie as start() has them.
+  const PutRight right = hypotheses.putRight(indexOf(hypotheses, words) + 1, {seen}, start(), start(), kCentreCt);
+  const auto mirrored = [&](const Eigen::Vector2d& pixel) {
+    return Eigen::Vector2d(camera.width - 1 - pixel.x(), pixel.y());
+  };
+  for (const Eigen::Vector3d& point : twinPoints()) {
+    const Eigen::Vector2d expected = camera.project(start() * point);
+    double nearest = 1e9;
+    for (const Eigen::Vector3d& twin : twinPoints()) {
+      nearest = std::min(nearest, (mirrored(camera.project(right.T_camera_ct_start * twin)) - expected).norm());
+    }
+    // Exact where the principal point is in the middle; else the centre is.
+    EXPECT_LT(nearest, 0.02 * camera.fx);
+  }
+}
+
+TEST(DiscreteHypotheses, FromBehindIsAHalfTurnAboutTheVertical) {
+  const DiscreteHypotheses hypotheses({""});
+  const std::string words = "the X-ray looks mirrored, and the CT seen from its other side";
+  const PutRight right =
+      hypotheses.putRight(indexOf(hypotheses, words), {view("", 0.0F)}, start(), start(), kCentreCt);
+  const Eigen::Matrix3d turn = right.T_camera_ct_start.linear() * start().linear().transpose();
+  EXPECT_TRUE(turn.isApprox(Eigen::Vector3d(-1.0, 1.0, -1.0).asDiagonal().toDenseMatrix(), 1e-9)) << turn;
+  EXPECT_NEAR((right.T_camera_ct_start * kCentreCt).z(), (start() * kCentreCt).z(), 1e-9);
+  EXPECT_EQ(imageOf(right, 0).at(0, 2), view("", 0.0F).xray->attenuation.at(3, 2));
+}
+
 }  // namespace
 }  // namespace xray_registration

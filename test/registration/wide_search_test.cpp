@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "xray_registration/drr/reference_projector.h"
 #include "xray_registration/evaluation/pose_error.h"
 #include "xray_registration/registration/fast_registrar.h"
@@ -11,16 +13,34 @@
 namespace xray_registration {
 namespace {
 
-/// A head from the side, as a small and a further view see it.
+/// A head whose left and right differ by two lumps of bone, as in anybody's they do by less.
+AttenuationVolume lopsidedHead(double spacing_mm) {
+  Volume head = headPhantom(spacing_mm);
+  const Eigen::Vector3d centre = head.grid.centreCt();
+  std::size_t at = 0;
+  for (int z = 0; z < head.grid.size.z(); ++z) {
+    for (int y = 0; y < head.grid.size.y(); ++y) {
+      for (int x = 0; x < head.grid.size.x(); ++x, ++at) {
+        const Eigen::Vector3d point = head.grid.ctFromIndex() * Eigen::Vector3d(x, y, z) - centre;
+        const bool in_lump = (point - Eigen::Vector3d(35.0, 20.0, 15.0)).norm() < 14.0 ||
+                             (point - Eigen::Vector3d(20.0, -35.0, -20.0)).norm() < 10.0;
+        if (in_lump) head.hu[at] = 1500;
+      }
+    }
+  }
+  return toAttenuation(head, {});
+}
+
+/// Such a head from the side, as a small and a further view see it.
 class WideSearchTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     registrar_ = std::make_unique<FastRegistrar>(std::make_shared<Device>(), RegistrarOptions{}, Logger{});
-    registrar_->setVolume(toAttenuation(headPhantom(4.0), {}));
+    registrar_->setVolume(lopsidedHead(4.0));
     truth_.linear() << 0, 1, 0, 0, 0, -1, -1, 0, 0;
     truth_.linear() = rotationFromVector({0.1, 0.3, -0.05}) * truth_.linear();
     truth_.translation() = Eigen::Vector3d(13.0, -25.0, 780.0) - truth_.linear() * registrar_->centreCt();
-    const AttenuationVolume body = toAttenuation(headPhantom(3.0), {});
+    const AttenuationVolume body = lopsidedHead(3.0);
     XrayFrame side;
     side.camera = {128, 128, 390.0, 390.0, 63.5, 63.5};
     side.attenuation = referenceProjection(body, truth_, side.camera);
@@ -125,6 +145,18 @@ TEST_F(WideSearchTest, AnXrayOfNothingIsNotAccepted) {
   const RegistrationResult result = registrar_->registerAmong(views, places);
   EXPECT_FALSE(result.accepted);
   EXPECT_FALSE(result.reason.empty());
+}
+
+/// A head is much alike on both sides: mirrored, it looks like one from its other side.
+TEST_F(WideSearchTest, AMirroredXrayIsNotAcceptedFromTheOtherSide) {
+  XrayFrame mirrored = *views_.front().xray;
+  for (int v = 0; v < mirrored.camera.height; ++v) {
+    const auto row = mirrored.attenuation.pixels.begin() + static_cast<std::ptrdiff_t>(v) * mirrored.camera.width;
+    std::reverse(row, row + mirrored.camera.width);
+  }
+  const std::vector<ViewInput> views = {ViewInput(mirrored)};
+  const RegistrationResult result = registrar_->registerAmong(views, run(views, {}));
+  EXPECT_FALSE(result.accepted) << result.similarity << " at " << errorOf(result.T_camera_ct).inplane_mm << " mm";
 }
 
 TEST_F(WideSearchTest, NeedsACt) {
