@@ -7,6 +7,7 @@
 
 #include "xray_registration/common/stopwatch.h"
 #include "xray_registration/drr/device.h"
+#include "xray_registration/evaluation/lost_trial.h"
 
 namespace xray_registration {
 namespace {
@@ -101,6 +102,14 @@ Trial registerFrom(const RigidTransform& T_camera_ct_start, RegistrationPipeline
   return trialOf(outcome, T_camera_ct_start, *pipeline, frame, centre_ct_mm, target_size_mm);
 }
 
+/// The direction and the axis of a disturbance with the range's whole length and angle.
+Twist fullLength(const Twist& disturbance, const StartRange& range) {
+  Twist full;
+  full.head<3>() = range.translation_mm * disturbance.head<3>().normalized();
+  full.tail<3>() = range.rotation_rad * disturbance.tail<3>().normalized();
+  return full;
+}
+
 WideSearchRange rangeAround(const RigidTransform& T_camera_ct_start, const TrialOptions& options) {
   WideSearchRange range;
   if (options.kind == TrialKind::kFromNothing) return range;
@@ -162,6 +171,12 @@ std::vector<Trial> runTrials(RegistrationPipeline* pipeline, const std::vector<E
     const Twist disturbance = starts.next();
     const RigidTransform T_camera_ct_start =
         updatedPose(frame.T_camera_ct_true, disturbance, frame.T_camera_ct_true * centre_ct_mm);
+    if (options.kind == TrialKind::kLost) {
+      trials.push_back(lostTrial(pipeline, frames, static_cast<std::size_t>(i) % frames.size(),
+                                 fullLength(disturbance, options.range), centre_ct_mm, options.target_size_mm));
+      if (progress) progress(i + 1, options.trials);
+      continue;
+    }
     if (options.kind != TrialKind::kFromStart) {
       trials.push_back(localizeTrial(pipeline, frame, rangeAround(T_camera_ct_start, options), centre_ct_mm,
                                      options.target_size_mm));

@@ -51,7 +51,7 @@ bool RegistrationPipeline::registerWhatIsFound(double stamp_s,
   const Stopwatch watch;
   if (!search_) {
     WideSearchRange range;
-    range.T_camera_ct_centre = body_.tracker.prediction(stamp_s);
+    range.T_camera_ct_centre = body_.tracker.prediction(stamp_s, T_camera_now_camera_last);
     range.rotation_rad = kRecoverRotationRad;
     range.translation_mm = kRecoverTranslationMm;
     outcome->result.reason = startSearch(stamp_s, *outcome, range);

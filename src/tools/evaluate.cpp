@@ -39,6 +39,7 @@ struct Arguments {
   bool tracking = false;
   bool localize = false;
   bool from_nothing = false;
+  bool lost = false;
   bool reference = false;
   bool verbose = false;
 };
@@ -84,6 +85,12 @@ void addOptions(CLI::App* app, Arguments* arguments) {
   CLI::Option* const from_nothing =
       app->add_flag("--from-nothing", arguments->from_nothing, "each trial is a wide search without any start");
   from_nothing->excludes(localize);
+  app->add_flag(
+         "--lost", arguments->lost,
+         "each trial loses the CT on purpose: it was tracked off by exactly --rotation and --translation, then 20 "
+         "black frames come, then the session's; how soon is it found again?")
+      ->excludes(localize)
+      ->excludes(from_nothing);
   app->add_flag("--reference", arguments->reference,
                 "the poses in the bag are a reference with an error of its own; say how far the solution that starts "
                 "there ends from it");
@@ -130,6 +137,7 @@ EvaluationRun describe(const Arguments& arguments, const NodeParameters& paramet
   run.reference = arguments.reference;
   if (arguments.localize) run.options.kind = TrialKind::kLocalize;
   if (arguments.from_nothing) run.options.kind = TrialKind::kFromNothing;
+  if (arguments.lost) run.options.kind = TrialKind::kLost;
   run.options.trials = arguments.trials;
   run.options.range = {arguments.rotation_deg * kRadPerDeg, arguments.translation_mm};
   run.options.body_range = {arguments.body_rotation_deg * kRadPerDeg, arguments.body_translation_mm};

@@ -26,6 +26,7 @@ struct Trial {
   std::vector<BodyTrial> bodies;  ///< Those whose truth is known.
   double prepare_ms = 0.0;        ///< From the images in memory: linearised, undistorted, masked.
   double solve_ms = 0.0;          ///< Wall clock of the registration, uploads of images and verdict included.
+  int frames_to_find = 1;         ///< Offered until this one; more than 1 only where the CT was lost on purpose.
 };
 
 }  // namespace xray_registration

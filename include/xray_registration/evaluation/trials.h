@@ -25,6 +25,7 @@ struct EvaluationFrame {
 enum class TrialKind {
   kFromStart,    ///< As a frame is registered from the start that it was given.
   kLocalize,     ///< By a wide search, its range that of the starts, its centre the start.
+  kLost,         ///< It was lost elsewhere: off by the range's full rotation and translation (lost_trial.h).
   kFromNothing,  ///< By a wide search without any start. The trial's start errors are NaN.
 };
 

@@ -66,6 +66,7 @@ json toJson(const Trial& trial, const SuccessCriteria& criteria) {
           {"reason", result.reason},
           {"suspicions", toJson(result.suspicions)},
           {"bodies", toJson(trial.bodies)},
+          {"frames_to_find", trial.frames_to_find},
           {"depth_sigma_mm", std::sqrt(std::max(result.covariance(2, 2), 0.0))},
           {"covariance", covarianceOf(result)},
           {"cause", causeOf(result.reason)},
@@ -206,9 +207,10 @@ void printHead(std::ostream& out, const EvaluationRun& run) {
   } else if (run.options.kind == TrialKind::kFromNothing) {
     out << run.options.trials << " wide searches without a start";
   } else {
-    out << run.options.trials << (run.options.kind == TrialKind::kLocalize ? " wide searches around" : "")
-        << " starts within " << run.options.range.rotation_rad * kDegreesPerRadian << " deg, "
-        << run.options.range.translation_mm << " mm, seed " << run.options.seed;
+    out << run.options.trials << (run.options.kind == TrialKind::kLost ? " losses of" : "")
+        << (run.options.kind == TrialKind::kLocalize ? " wide searches around" : "") << " starts within "
+        << run.options.range.rotation_rad * kDegreesPerRadian << " deg, " << run.options.range.translation_mm
+        << " mm, seed " << run.options.seed;
   }
   out << "; " << run.frames << " frames with a " << (run.reference ? "reference" : "true") << " pose; targets "
       << run.options.target_size_mm << " mm\n";
