@@ -40,6 +40,19 @@ class BodyRow(Row):
             self.start_text += '; bodies %g°, %g mm' % body_start
 
 
+class SearchRow(Row):
+    """A row without a good start: `search` is the option of evaluate; wrong poses are never to be accepted."""
+
+    def __init__(self, name, session, search, start, goals, trials=100, wrong=None):
+        super().__init__(name, session, start, goals, trials, wrong, drawn=False)
+        self.search, self.is_far, self.start = search, False, start or (0, 0)
+        self.extra = self.extra + ['--' + search]
+        self.start_text = {'localize': '~localize within %g°, %g mm', 'from-nothing': 'from nothing%.0s%.0s',
+                           'lost': 'lost %g°, %g mm away'}[search] % self.start
+        if wrong:
+            self.start_text += ', ' + WRONG[wrong][1]
+
+
 def goals(**limits):
     """Rates are to be reached, everything else is not to be exceeded."""
     return {key: ('>=' if key.endswith('_rate') else '<=', limit) for key, limit in limits.items()}
@@ -145,4 +158,29 @@ BODY_ROWS = [
     BodyRow('wrist_own', OWN_WRIST_BONES, 'forearm', (5, 5), trials=40, goals=limits(agree=0.9), real=True),
     BodyRow('knee', KNEE, 'implants', (5, 5), trials=30, goals=limits(good=0.9), good={'final_rotation_deg': 1.5},
             real=True),
+]
+
+CLINICAL = (HEAD[0], 'clinical_size/head_1024_biplane.bag', 'ap,oblique')
+SPINE_ONE = SPINE[:2] + ('ap',)
+SEARCH_ROWS = [
+    SearchRow('head_localize', HEAD, 'localize', (60, 100), goals(accepted_rate=0.95, frame_ms=2000)),
+    SearchRow('pelvis_both_localize', PELVIS_BOTH, 'localize', (60, 100), goals(accepted_rate=0.95, frame_ms=3000)),
+    SearchRow('pelvis_ap_localize', PELVIS_AP, 'localize', (45, 60), goals(accepted_rate=0.90, frame_ms=3000)),
+    SearchRow('spine_localize', SPINE, 'localize', (60, 100), {}, trials=24),
+    SearchRow('wrist_localize', WRIST, 'localize', (45, 30), goals(success_rate=0.80, frame_ms=6000), trials=40),
+    SearchRow('head_nothing', HEAD, 'from-nothing', None, goals(accepted_rate=0.90, frame_ms=6000), trials=40),
+    SearchRow('pelvis_ap_nothing', PELVIS_AP, 'from-nothing', None, goals(accepted_rate=0.90, frame_ms=6000), trials=30),
+    SearchRow('pelvis_both_nothing', PELVIS_BOTH, 'from-nothing', None, {}, trials=30),
+    SearchRow('clinical_nothing', CLINICAL, 'from-nothing', None, {}, trials=10),
+    SearchRow('spine_ap_nothing', SPINE_ONE, 'from-nothing', None, {}, trials=12),
+    SearchRow('head_lost', HEAD, 'lost', (8, 20), goals(accepted_rate=0.95), trials=50),
+    SearchRow('pelvis_both_lost', PELVIS_BOTH, 'lost', (8, 20), goals(accepted_rate=0.95), trials=50),
+    SearchRow('pelvis_ap_lost', PELVIS_AP, 'lost', (8, 20), goals(accepted_rate=0.95), trials=50),
+    # Nothing may be accepted.
+    SearchRow('head_nothing_mirrored', HEAD, 'from-nothing', None, {}, trials=40, wrong='mirrored'),
+    SearchRow('head_nothing_upside', HEAD, 'from-nothing', None, {}, trials=20, wrong='upside_down'),
+    SearchRow('pelvis_nothing_mirrored', PELVIS_AP, 'from-nothing', None, {}, trials=15, wrong='mirrored'),
+    SearchRow('spine_nothing_mirrored', SPINE_ONE, 'from-nothing', None, {}, trials=12, wrong='mirrored'),
+    SearchRow('head_nothing_pelvis', HEAD, 'from-nothing', None, {}, trials=20, wrong='pelvis'),
+    SearchRow('pelvis_nothing_head', PELVIS_AP, 'from-nothing', None, {}, trials=15, wrong='head'),
 ]
