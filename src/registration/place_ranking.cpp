@@ -21,7 +21,7 @@ constexpr int kLargestReach = 40;
 // A CT that covers less of the image's side is one body among others.
 constexpr double kAmongOthers = 0.6;
 constexpr int kDetailRadius = 3;
-constexpr int kPlacesPerOrientation = 2;
+constexpr int kPlacesPerOrientation = 4;
 constexpr double kOtherPlacePixels = 3.0;
 
 /// Turns the optical axis onto a ray.
