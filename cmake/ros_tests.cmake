@@ -24,6 +24,7 @@ foreach(name node live sim_time stamps health two_views bodies localize nodelet_
   target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
 endforeach()
 set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process)
+list(APPEND rostests hostile)
 # A sanitizer takes all the address space there is, so none can be limited (scripts/test says that it is skipped).
 if(NOT XRAY_REGISTRATION_SANITIZE)
   list(APPEND rostests memory)

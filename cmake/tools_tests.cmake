@@ -28,12 +28,14 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   xray_test_limits(tools.inspect_ct 300)
   if(XRAY_REGISTRATION_ROS)
     xray_tool_test(bag_session xray_registration_tools_ros)
+    xray_tool_test(calibrated_session xray_registration_tools_ros)
+    target_sources(test_tools_calibrated_session PRIVATE ${calibrate}/session/calibrated_session.cpp)
     xray_tool_test(executables xray_registration_tools_ros)
     add_test(NAME tools.calibrate COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/calibrate_test.py
              --tools $<TARGET_FILE_DIR:calibrate> --work ${CMAKE_CURRENT_BINARY_DIR}/test_work/calibrate)
     # With the recorded sessions.
     xray_test_limits(tools.calibrate 900)
-    foreach(name dicom_to_bag landmarks tutorial_dicom many_recordings)
+    foreach(name dicom_to_bag landmarks tutorial_dicom many_recordings hostile_inputs)
       add_test(NAME tools.${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/${name}_test.py
                --tools $<TARGET_FILE_DIR:calibrate> --work ${CMAKE_CURRENT_BINARY_DIR}/test_work/${name})
       xray_test_limits(tools.${name} 300)

@@ -16,6 +16,7 @@ constexpr std::uint32_t kItem = 0xfffee000;
 constexpr std::uint32_t kItemEnd = 0xfffee00d;
 constexpr std::uint32_t kSequenceEnd = 0xfffee0dd;
 constexpr std::uint32_t kPixels = 0x7fe00010;
+constexpr char kDeflated[] = "1.2.840.10008.1.2.1.99";
 constexpr int kDeepest = 32;
 constexpr long kPreamble = 128;
 constexpr long kNearby = 4096;  // Skipped by reading, which keeps the stream's buffer.
@@ -81,7 +82,10 @@ class Walk {
       encoding_ = {};
       const std::string syntax = hasMeta() ? walkMeta() : std::string();
       if (position_ >= size_) throw Broken();
-      if (syntax == "1.2.840.10008.1.2.1.99") return {true, true, true};  // Deflated.
+      if (syntax == kDeflated) {
+        found.is_deflated = true;
+        return found;
+      }
       encoding_.big_endian = syntax == "1.2.840.10008.1.2.2";
       encoding_.explicit_vr = hasMeta() ? syntax != "1.2.840.10008.1.2" : looksExplicit();
       walkElements(size_, 0);

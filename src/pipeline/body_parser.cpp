@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <map>
-#include <regex>
 
 #include "parameter_group.h"
+#include "xray_registration/common/names.h"
 #include "xray_registration/pipeline/parameters.h"
 #include "xray_registration/pipeline/pose_yaml.h"
 
@@ -145,8 +145,7 @@ BodyParameters readBody(const YAML::Node& node, const std::string& place, const 
 }
 
 void checkName(std::size_t index, const std::string& name) {
-  static const std::regex kPattern("[A-Za-z][A-Za-z0-9_]*");
-  if (!std::regex_match(name, kPattern)) {
+  if (!isName(name)) {
     fail(index, "name", name, "a segment of a ROS name: a letter, then letters, digits and _");
   }
   // What tables and messages call the rest.

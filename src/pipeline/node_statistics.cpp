@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "xray_registration/common/escaped.h"
+
 namespace xray_registration {
 
 namespace {
@@ -46,7 +48,7 @@ void NodeStatistics::frameDropped() {
 void NodeStatistics::frameRefused(const std::string& reason) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++values_.refused;
-  values_.last_refusal = reason;
+  values_.last_refusal = escaped(reason);
 }
 
 void NodeStatistics::frameRegistered() {
@@ -86,12 +88,12 @@ void NodeStatistics::setDevice(const std::string& name, std::size_t bytes) {
 
 void NodeStatistics::setCt(const std::string& name) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  values_.ct = name;
+  values_.ct = escaped(name);
 }
 
 void NodeStatistics::setError(const std::string& error) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  values_.last_error = error;
+  values_.last_error = escaped(error);
 }
 
 NodeStatistics::Snapshot NodeStatistics::snapshot() const {

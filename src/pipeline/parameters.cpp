@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
 #include <sstream>
 
 #include "pipeline/body_parser.h"
 #include "pipeline/parameter_group.h"
+#include "xray_registration/common/names.h"
 #include "xray_registration/pipeline/pose_yaml.h"
+#include "xray_registration/pipeline/yaml_file.h"
 
 namespace xray_registration {
 
@@ -218,15 +219,10 @@ void readCalibration(const YAML::Node& tree, int* frames) {
   group.refuseUnknown();
 }
 
-/// What ROS takes as a name below which topics stand; a name that it does not take would only fail when subscribing.
-bool isTopicPrefix(const std::string& name) {
-  static const std::regex kPattern("/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*");
-  return std::regex_match(name, kPattern);
-}
-
 void checkViews(const std::vector<std::string>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
-    if (!isTopicPrefix(views[i])) {
+    // A name that ROS does not take would only fail when subscribing.
+    if (!isNamePath(views[i])) {
       throw ParameterError("parameter views has '" + views[i] +
                            "'; allowed: names of topics: a letter, then letters, digits, _ and /");
     }
@@ -264,8 +260,6 @@ bool NodeParameters::needsCt() const {
          std::any_of(bodies.begin(), bodies.end(), [](const BodyParameters& body) { return body.isCutFromCt(); });
 }
 
-ParameterError::ParameterError(const std::string& message) : std::runtime_error(onOneLine(message)) {}
-
 NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   NodeParameters parameters;
   readTop(tree, &parameters, logger);
@@ -289,9 +283,9 @@ NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
 NodeParameters loadParametersYaml(const std::string& path, const Logger& logger) {
   YAML::Node tree;
   try {
-    tree = YAML::LoadFile(path);
-  } catch (const YAML::Exception& error) {
-    throw ParameterError("cannot read parameters from '" + path + "': " + error.what());
+    tree = loadYaml(path);
+  } catch (const std::runtime_error& error) {
+    throw ParameterError("cannot read parameters from '" + path + "': it " + error.what());
   }
   try {
     if (tree.IsNull()) return NodeParameters{};

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 
+#include "xray_registration/common/names.h"
 #include "xray_registration/ros/conversions.h"
 
 namespace xray_registration {
@@ -55,13 +56,15 @@ std::map<std::string, std::string> topicsOf(rosbag::Bag& bag) {
   return types;
 }
 
+/// Names that ROS does not take are passed over: views' names become names of files.
 std::vector<std::string> foundViews(const std::map<std::string, std::string>& topics) {
   std::vector<std::string> views;
   const std::string suffix = kImageSuffix;
   for (const auto& [topic, type] : topics) {
     if (type != "sensor_msgs/Image" || topic.size() < suffix.size()) continue;
     if (topic.compare(topic.size() - suffix.size(), suffix.size(), suffix) != 0) continue;
-    views.push_back(withoutOuterSlashes(topic.substr(0, topic.size() - suffix.size())));
+    const std::string name = withoutOuterSlashes(topic.substr(0, topic.size() - suffix.size()));
+    if (name.empty() || isNamePath(name)) views.push_back(name);
   }
   return views;
 }
@@ -174,7 +177,8 @@ void BagSession::Implementation::indexView(std::size_t number, const std::map<st
   const std::string body_topics = pose_topic + "/";
   std::vector<std::string> wanted = {topicOf(view.name, "image_raw"), info_topic, pose_topic};
   for (const auto& [topic, type] : topics) {
-    if (topic.compare(0, body_topics.size(), body_topics) == 0) wanted.push_back(topic);
+    const bool is_of_body = topic.compare(0, body_topics.size(), body_topics) == 0;
+    if (is_of_body && isName(topic.substr(body_topics.size()))) wanted.push_back(topic);
   }
   queries.push_back(std::make_unique<rosbag::View>(*bag, rosbag::TopicQuery(wanted)));
   for (const rosbag::MessageInstance& message : *queries.back()) {

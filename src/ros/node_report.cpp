@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/pipeline/health.h"
 #include "xray_registration/ros/registration_node.h"
 
@@ -40,7 +41,9 @@ void RegistrationNode::help() {
   facts.initialpose_topic = service_node_.resolveName("initialpose");
   facts.set_initial_pose_service = private_node_.resolveName("set_initial_pose");
   const auto topics = [this] { return imageTopics(private_node_.getNamespace() + "/"); };
-  for (const std::string& line : console_help_.advise(facts, ConsoleHelp::Clock::now(), topics)) ROS_WARN_STREAM(line);
+  for (const std::string& line : console_help_.advise(facts, ConsoleHelp::Clock::now(), topics)) {
+    ROS_WARN_STREAM(escaped(line));
+  }
 }
 
 namespace {

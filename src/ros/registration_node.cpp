@@ -10,6 +10,7 @@
 
 #include "live_parameters.h"
 #include "localize_server.h"
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/node_parameters.h"
 #include "xray_registration/ros/result_transforms.h"
@@ -222,7 +223,7 @@ bool RegistrationNode::loadCt(LoadCt::Request& request, LoadCt::Response& respon
   try {
     const RegistrationWorker::Answer answer = worker_->loadCt(request.path, request.series_uid).get();
     response.success = static_cast<std::uint8_t>(answer.success);
-    response.message = answer.message;
+    response.message = escaped(answer.message);
   } catch (const std::future_error&) {
     response.message = "the node is shutting down";
   }
@@ -232,6 +233,7 @@ bool RegistrationNode::loadCt(LoadCt::Request& request, LoadCt::Response& respon
 bool RegistrationNode::calibrate(Calibrate::Request& /*request*/, Calibrate::Response& response) {
   try {
     response = worker_->calibrate().get();
+    response.message = escaped(response.message);
   } catch (const std::future_error&) {
     response.message = "the node is shutting down";
   }
@@ -264,7 +266,7 @@ RegistrationWorker::Answer RegistrationNode::takePose(const std_msgs::Header& he
 bool RegistrationNode::setInitialPose(SetInitialPose::Request& request, SetInitialPose::Response& response) {
   const RegistrationWorker::Answer answer = takePose(request.pose.header, request.pose.pose, request.body);
   response.success = static_cast<std::uint8_t>(answer.success);
-  response.message = answer.message;
+  response.message = escaped(answer.message);
   return true;
 }
 
@@ -291,7 +293,7 @@ bool RegistrationNode::setEnabled(std_srvs::SetBool::Request& request, std_srvs:
 }
 
 void RegistrationNode::say(const std::string& error) {
-  ROS_ERROR_STREAM(error);
+  ROS_ERROR_STREAM(escaped(error));
   statistics_.setError(error);
 }
 

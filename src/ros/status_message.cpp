@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/ros/conversions.h"
 
 namespace xray_registration {
@@ -39,7 +40,7 @@ Suspicion toMessage(const SetupSuspicion& suspicion) {
 BodyStatus toMessage(const BodyResult& body) {
   BodyStatus message;
   message.accepted = body.accepted;
-  message.reason = body.reason;
+  message.reason = escaped(body.reason);
   message.solved = body.solved;
   message.pose = toPose(body.solved ? body.T_camera_body : RigidTransform::Identity());
   if (!body.solved) return message;
@@ -75,7 +76,7 @@ RegistrationStatus statusMessage(const FrameOutcome& outcome, const std_msgs::He
   message.header = header;
   message.state = toMessageState(outcome.state);
   message.accepted = result.accepted;
-  message.reason = result.reason;
+  message.reason = escaped(result.reason);
   if (outcome.registered) message.views_used = outcome.views_used;
   message.views_missing = outcome.views_missing;
   message.iterations = static_cast<std::uint32_t>(result.iterations);

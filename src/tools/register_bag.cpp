@@ -14,6 +14,7 @@
 #include "tools/register_bag/motion.h"
 #include "tools/register_bag/output_bag.h"
 #include "tools/register_bag/report.h"
+#include "xray_registration/common/names.h"
 #include "xray_registration/evaluation/trials.h"
 #include "xray_registration/ros/conversions.h"
 
@@ -85,7 +86,7 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
     char number[32];
     std::snprintf(number, sizeof number, "%05zu", frame);
     const std::string& name = session.views()[i].name;
-    writePng(arguments.overlay + "/" + (name.empty() ? "" : name + "_") + number + ".png",
+    writePng(arguments.overlay + "/" + (name.empty() ? "" : asFileName(name) + "_") + number + ".png",
              toColourMessage(drawOverlay(view.xray->attenuation, view.xray->mask, lines)));
   }
 }

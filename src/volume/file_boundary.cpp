@@ -59,6 +59,8 @@ void checkFolder(const fs::path& folder, const fs::path& directory) {
 
 std::string checkedPath(const std::string& path, const std::string& directory) {
   if (path.empty()) throw VolumeError("ct/path is empty: name a NIfTI, NRRD or MetaImage file or a DICOM folder");
+  // The system's calls would see another path than these checks.
+  if (path.find('\0') != std::string::npos) refuse(path, "a path cannot hold a zero byte");
   fs::path boundary;
   if (!directory.empty()) {
     std::error_code error;
@@ -81,6 +83,13 @@ std::string checkedPath(const std::string& path, const std::string& directory) {
   if (fs::file_size(real, error) == 0) refuse(path, "the file is empty");
   if (!boundary.empty()) checkReferences(real, boundary);
   return real.string();
+}
+
+void checkReferred(const std::string& path, const std::string& referred, const std::string& directory) {
+  if (directory.empty()) return;
+  const fs::path boundary = resolved(directory);
+  if (isBelow(resolved(referred), boundary)) return;
+  refuse(path, "it refers to '" + referred + "', which lies outside ct/directory '" + boundary.string() + "'");
 }
 
 }  // namespace xray_registration

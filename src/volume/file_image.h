@@ -32,6 +32,7 @@ struct FileRule {
   std::optional<double> padding;  ///< This value in the file marks voxels without a value.
   double unit_mm = 0.0;           ///< Length of the file's unit; 0: as the file says.
   std::string orientation;        ///< Where the file's axes point when it does not say, e.g. RAS; empty: by its format.
+  std::string directory;          ///< When set, files that the file refers to must lie below this folder.
 };
 
 /// The numbers of a file, after its own rescaling and before the caller's.

@@ -5,11 +5,13 @@
 #include <fstream>
 #include <sstream>
 
+#include "xray_registration/volume/volume_error.h"
+
 namespace xray_registration {
 namespace {
 
 constexpr int kMaxHeaderLines = 10000;
-constexpr std::size_t kMaxLineLength = 4096;
+constexpr std::size_t kMaxLineLength = std::size_t{1} << 20;
 
 std::string withoutBlanks(std::string text) {
   text.erase(std::remove_if(text.begin(), text.end(), [](unsigned char c) { return std::isspace(c) != 0; }),
@@ -35,9 +37,15 @@ HeaderField headerField(const std::string& path, const std::vector<std::string>&
   std::ifstream stream(path, std::ios::binary);
   std::string line;
   std::size_t position = 0;
-  for (int i = 0; i < kMaxHeaderLines && std::getline(stream, line) && line.size() < kMaxLineLength; ++i) {
+  bool is_nrrd = false;
+  for (int i = 0; std::getline(stream, line); ++i) {
+    // What stands behind would be seen by the library that reads the file, and not here.
+    if (i == kMaxHeaderLines || line.size() >= kMaxLineLength) {
+      throw VolumeError("'" + path + "': its header is too long to be looked through, or has too long a line");
+    }
     position += line.size() + 1;
-    if (trimmed(line).empty()) break;  // The end of an NRRD's header.
+    if (i == 0) is_nrrd = line.rfind("NRRD", 0) == 0;
+    if (is_nrrd && trimmed(line).empty()) break;  // The end of its header; MetaImages may have empty lines.
     const std::size_t divider = line.find_first_of("=:");
     if (divider == std::string::npos) continue;
     const std::string key = lowerCase(withoutBlanks(line.substr(0, divider)));

@@ -15,6 +15,7 @@ struct HeaderField {
 };
 
 /// The first line with one of `keys` (lower case, without blanks), up to the end of the header.
+/// @throws VolumeError when the header cannot be looked through to its end.
 HeaderField headerField(const std::string& path, const std::vector<std::string>& keys);
 
 }  // namespace xray_registration

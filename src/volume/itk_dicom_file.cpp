@@ -103,7 +103,7 @@ bool hasRoom(const gdcm::File& file, const DicomSlice& slice, const DicomStructu
   const double bits = shortOf(file.GetDataSet(), 0x28, 0x100).value_or(16);
   const double bytes = bits / 8.0 * slice.columns * slice.rows * slice.frames * slice.components;
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
-  const bool is_packed = syntax.IsEncapsulated() || syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
+  const bool is_packed = syntax.IsEncapsulated();
   std::error_code error;
   const auto size = static_cast<double>(std::filesystem::file_size(slice.path, error));
   return error || size * (is_packed ? kLargestCodecRatio : 1.0) >= bytes;

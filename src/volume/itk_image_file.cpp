@@ -5,12 +5,14 @@
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <limits>
 #include <type_traits>
 
 #include "byte_stream.h"
+#include "file_boundary.h"
 #include "file_grid.h"
 #include "meta_image.h"
 #include "nifti_file.h"
@@ -35,7 +37,7 @@ auto withItk(const std::string& path, const std::string& task, const Work& work)
   try {
     return work();
   } catch (const itk::ExceptionObject& error) {
-    refuse(path, task + ": " + error.GetDescription());
+    refuse(path, task + ": " + onOneLine(error.GetDescription()));
   } catch (const std::bad_alloc&) {
     refuse(path, task + ": not enough memory for the size that its header states");
   }
@@ -196,9 +198,21 @@ void readNrrd(ImageIo* io, const std::string& path, const FileRule& rule, FileIm
   readVoxels(*io, path, rule, itkReading(io), image);
 }
 
+// The file of the voxels, as the library understood the header.
+void checkDataFile(ImageIo* io, const std::string& path, const FileRule& rule) {
+  if (rule.directory.empty()) return;
+  const std::string name = dynamic_cast<itk::MetaImageIO&>(*io).GetMetaImagePointer()->ElementDataFileName();
+  if (name == "LOCAL" || name == "Local" || name == "local") return;
+  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos) {
+    refuse(path, "it refers to several files, which are not read while ct/directory is set");
+  }
+  checkReferred(path, (std::filesystem::path(path).parent_path() / name).string(), rule.directory);
+}
+
 template <typename To>
 void readMetaImage(ImageIo* io, const std::string& path, const FileRule& rule, FileImage<To>* image) {
   io->ReadImageInformation();
+  checkDataFile(io, path, rule);
   checkPixels(*io, path);
   MetaImageText text = metaImageText(path);
   image->grid = gridOf(*io);

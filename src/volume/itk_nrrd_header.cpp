@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "byte_stream.h"
+#include "file_boundary.h"
 #include "file_grid.h"
 #include "header_text.h"
 #include "nrrd_header.h"
@@ -60,6 +61,15 @@ std::string dataFile(const NrrdIoState& state, const std::string& path) {
   if (state.dataFNFormat != nullptr || state.dataFNArr->len > 1) return "";
   if (state.dataFNArr->len == 0) return path;
   return (fs::path(path).parent_path() / state.dataFN[0]).string();
+}
+
+/// As the library understood the header.
+void checkDataFiles(const NrrdIoState& state, const std::string& path, const FileRule& rule) {
+  if (rule.directory.empty()) return;
+  if (state.dataFNFormat != nullptr || state.dataFNArr->len > 1) {
+    refuse(path, "it refers to several files, which are not read while ct/directory is set");
+  }
+  checkReferred(path, dataFile(state, path), rule.directory);
 }
 
 void checkClaim(const Nrrd& nrrd, const NrrdIoState& state, const std::string& path) {
@@ -201,6 +211,7 @@ std::vector<unsigned> spatialAxes(const Nrrd& nrrd, const std::string& path) {
 NrrdHeader readNrrdHeader(const std::string& path, const FileRule& rule) {
   const LoadedHeader loaded_header = loaded(path);
   const Nrrd& nrrd = *loaded_header.nrrd;
+  checkDataFiles(*loaded_header.state, path, rule);
   const std::vector<unsigned> axes = spatialAxes(nrrd, path);
   NrrdHeader header;
   readPlace(nrrd, axes, &header.grid, &header.warnings);

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "byte_stream.h"
+#include "file_boundary.h"
 #include "header_text.h"
 #include "nifti_header.h"
 #include "xray_registration/volume/volume_error.h"
@@ -100,6 +101,7 @@ struct OpenNifti {
 
 OpenNifti opened(const std::string& path, const FileRule& rule) {
   const std::string header_path = headerFile(path);
+  checkReferred(path, header_path, rule.directory);
   auto stream = std::make_unique<ByteStream>(header_path);
   std::vector<char> bytes(kNiftiHeaderBytes);
   stream->read(bytes.data(), bytes.size());
@@ -111,7 +113,9 @@ OpenNifti opened(const std::string& path, const FileRule& rule) {
   OpenNifti file{parsedNiftiHeader(bytes, rule, path), nullptr};
   std::size_t before = file.header.data_offset;
   if (file.header.detached) {
-    stream = std::make_unique<ByteStream>(besideWith(".img", header_path));
+    const std::string voxels_path = besideWith(".img", header_path);
+    checkReferred(path, voxels_path, rule.directory);
+    stream = std::make_unique<ByteStream>(voxels_path);
   } else {
     before -= bytes.size();
   }

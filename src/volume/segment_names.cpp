@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
-#include <regex>
+#include <optional>
 #include <set>
 
 #include "file_boundary.h"
@@ -48,15 +48,39 @@ std::vector<std::string> headerLines(const std::string& path) {
   return lines;
 }
 
+// A whole number of up to six digits; std::regex takes a frame of the stack for each character of a line.
+std::optional<int> shortNumber(const std::string& digits) {
+  const bool is_number = !digits.empty() && digits.size() <= 6 &&
+                         std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return is_number ? std::optional<int>(std::stoi(digits)) : std::nullopt;
+}
+
+struct SegmentField {
+  int segment = 0;
+  std::string key;  // Name, LabelValue or Layer.
+  std::string value;
+};
+
+// "Segment3_Name:=T12"; nothing for another line.
+std::optional<SegmentField> segmentField(const std::string& line) {
+  const std::string begin = "Segment";
+  const std::size_t divider = line.find('_');
+  const std::size_t assignment = line.find(":=");
+  if (line.rfind(begin, 0) != 0 || assignment == std::string::npos || divider > assignment) return std::nullopt;
+  const auto segment = shortNumber(line.substr(begin.size(), divider - begin.size()));
+  const std::string key = line.substr(divider + 1, assignment - divider - 1);
+  if (!segment || (key != "Name" && key != "LabelValue" && key != "Layer")) return std::nullopt;
+  return SegmentField{*segment, key, line.substr(assignment + 2)};
+}
+
 Segmentation readHeader(const std::string& path) {
-  static const std::regex kKey("Segment([0-9]{1,6})_(Name|LabelValue|Layer):=(.*)");
   Segmentation result;
   for (const std::string& line : headerLines(path)) {
-    std::smatch match;
     if (line.rfind("kinds:", 0) == 0 && line.find("list") != std::string::npos) result.has_list_axis = true;
-    if (line.rfind("Segment", 0) != 0 || !std::regex_match(line, match, kKey)) continue;
-    Segment& segment = result.segments[std::stoi(match[1])];
-    (match[2] == "Name" ? segment.name : match[2] == "Layer" ? segment.layer : segment.label) = match[3];
+    if (const auto field = segmentField(line)) {
+      Segment& segment = result.segments[field->segment];
+      (field->key == "Name" ? segment.name : field->key == "Layer" ? segment.layer : segment.label) = field->value;
+    }
   }
   return result;
 }
@@ -68,11 +92,11 @@ std::size_t layersOf(const Segmentation& segmentation) {
 }
 
 int labelOf(const Segment& segment, const std::string& path) {
-  static const std::regex kWhole("[0-9]{1,6}");
-  if (!std::regex_match(segment.label, kWhole)) {
+  const auto label = shortNumber(segment.label);
+  if (!label) {
     refuse(path, "segment '" + segment.name + "' has the label value '" + segment.label + "', which is no number");
   }
-  return std::stoi(segment.label);
+  return *label;
 }
 
 Segmentation checkedHeader(const std::string& path) {

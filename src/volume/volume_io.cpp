@@ -74,7 +74,7 @@ DicomSeriesMap seriesBelow(const std::string& folder, const Logger& logger) {
   if (!damaged.empty()) {
     log(logger, LogLevel::kWarning,
         "'" + folder + "': " + std::to_string(damaged.size()) +
-            " of its DICOM files are cut off or damaged and left out, the first of them " + damaged.front());
+            " of its DICOM files are cut off, damaged or deflated and left out, the first of them " + damaged.front());
   }
   return series;
 }
@@ -149,7 +149,7 @@ void refuseDicomFile(const std::string& path) {
   bool is_damaged = false;
   const auto slice = readDicomHeader(path, &is_damaged);
   if (is_damaged && lowerCase(fs::path(path).extension().string()) == ".dcm") {
-    throw VolumeError("'" + path + "': it is a DICOM file that is cut off or damaged");
+    throw VolumeError("'" + path + "': it is a DICOM file that is cut off, damaged or deflated");
   }
   if (!slice) return;
   throw VolumeError("'" + path + "': " +
@@ -165,6 +165,7 @@ FileRule ruleForLabels(const VolumeReadOptions& options) {
   FileRule rule;
   rule.unit_mm = options.unit_mm;
   rule.orientation = options.orientation;
+  rule.directory = options.directory;
   return rule;
 }
 

@@ -138,6 +138,26 @@ TEST_F(DicomStructureTest, PackedPixelsWithAndWithoutTheirEnd) {
   EXPECT_FALSE(look(header + pixels.substr(0, pixels.size() - 1)).pixels_fit);
 }
 
+// A few kilobytes of it can hold gigabytes, which GDCM would unpack.
+TEST_F(DicomStructureTest, DeflatedOnesAreNotLookedInto) {
+  std::string bytes = slice();
+  const std::string plain(
+      "UI\x14\0"
+      "1.2.840.10008.1.2.1\0",
+      24);
+  const std::size_t at = bytes.find(plain);
+  ASSERT_NE(at, std::string::npos);
+  bytes.replace(at, plain.size(),
+                std::string("UI\x16\0"
+                            "1.2.840.10008.1.2.1.99",
+                            26));
+  const DicomStructure found = look(bytes);
+  EXPECT_TRUE(found.is_dicom);
+  EXPECT_TRUE(found.is_deflated);
+  EXPECT_FALSE(found.is_whole);
+  EXPECT_FALSE(found.pixels_fit);
+}
+
 TEST_F(DicomStructureTest, ImplicitWithoutAPreamble) {
   const std::string bytes = implicitElement(0x8, 0x60, "CT") + implicitElement(0x28, 0x10, std::string("\4\0", 2));
   EXPECT_TRUE(look(bytes).is_dicom);

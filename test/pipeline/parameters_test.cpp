@@ -169,6 +169,18 @@ TEST(Parameters, ViewsAreNamesOfTopics) {
   EXPECT_EQ(parse("{views: [ap, a1_b, carm/ap, /carm/2]}").views, views);
 }
 
+TEST(Parameters, MessagesShowNoOrdersToATerminal) {
+  const std::string reason = reasonOf("{device: cpu, method: \"\\e[2Jfast\\nfine\"}");
+  EXPECT_NE(reason.find("\\x1b[2Jfast fine"), std::string::npos) << reason;
+}
+
+// As a regular expression of the standard library's would end the process.
+TEST(Parameters, LongNamesAreRefused) {
+  const std::string name(300000, 'a');
+  EXPECT_NE(reasonOf("{views: [" + name + "]}").find("views"), std::string::npos);
+  EXPECT_NE(reasonOf("{bodies: [{name: " + name + ", ct: a.nii}]}").find("name"), std::string::npos);
+}
+
 TEST(Parameters, UnknownNamesBesideTheGroupsAreWarnedOf) {
   std::vector<std::string> warnings;
   parse("{methd: paper}", &warnings);

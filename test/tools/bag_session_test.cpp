@@ -180,6 +180,26 @@ TEST_F(BagSessionTest, BagThatWasNotClosed) {
   EXPECT_THROW(readPoses(path_, "/ap/ground_truth", "ct"), BagSessionError);
 }
 
+// Views' names become names of files, bodies' names keys of tables.
+TEST_F(BagSessionTest, NamesThatAreNoRosNamesArePassedOver) {
+  BagSessionWriter writer(path_);
+  writeFrame(&writer, view("../../evil"), 10.0, 1);
+  writeFrame(&writer, view("ap"), 10.0, 17);
+  for (const char* body : {"T12", "../evil", "\x1b[2J"}) {
+    writer.writeBodyGroundTruth(view("ap"), ros::Time(10.0), body, somePose());
+  }
+  writer.close();
+  const BagSession session(path_);
+  ASSERT_EQ(session.views().size(), 1U);
+  EXPECT_EQ(session.views()[0].name, "ap");
+  const auto& bodies = session.frame(0).T_first_bodies_true;
+  ASSERT_EQ(bodies.size(), 1U);
+  EXPECT_EQ(bodies.begin()->first, "T12");
+  BagSessionOptions options;
+  options.views = {"../../evil"};
+  EXPECT_NE(refusal(options).find("has no images on"), std::string::npos);
+}
+
 TEST_F(BagSessionTest, OneImagePerStamp) {
   BagSessionWriter writer(path_);
   for (const std::uint16_t value : {1, 2}) {

@@ -78,6 +78,18 @@ TEST_F(SegmentNames, TheDataAreNotReadAsHeader) {
   EXPECT_EQ(segmentNames(file(segNrrd(kTwoSegments) + "\nSegment2_Name:=L1\nSegment2_LabelValue:=3\n")).size(), 2U);
 }
 
+// A regular expression of the standard library's would take the whole stack.
+TEST_F(SegmentNames, LongOnesAndDamagedKeys) {
+  const std::string name(200000, 'n');
+  EXPECT_EQ(segmentNames(file(segNrrd({"Segment0_Name:=" + name, "Segment0_LabelValue:=7"}))).at(name), 7);
+  for (const char* key : {"Segment_Name:=a", "Segment0000001_Name:=a", "Segment0Name:=a", "Segment0_Name=a",
+                          "Segment0_Names:=a", "SegmentX_Name:=a", "Segment:=a_Name"}) {
+    EXPECT_TRUE(segmentNames(file(segNrrd({key, "Segment0_LabelValue:=7"}))).empty()) << key;
+  }
+  const std::string path = file(segNrrd({"Segment0_Name:=a", "Segment0_LabelValue:=0x1"}));
+  EXPECT_NE(messageOf([&] { segmentNames(path); }).find("which is no number"), std::string::npos);
+}
+
 TEST_F(SegmentNames, OverlappingSegmentsAreRefusedWithTheRemedy) {
   std::vector<std::string> layered = kTwoSegments;
   layered.back() = "Segment1_Layer:=1";

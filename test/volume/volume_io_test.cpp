@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -263,6 +265,51 @@ TEST(Directory, HeadersMayNotReferElsewhere) {
         << name;  // Without the boundary it is a CT as any other.
     expectContains(refusal(folder / name, options), "outside ct/directory");
   }
+}
+
+// What the library that reads a header understands of it counts, not what a first look does.
+TEST(Directory, HeadersMayNotHideWhereTheyRefer) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "allowed");
+  writeBytes(folder / "secret.raw", std::string(16, '\1'));
+  writeBytes(folder / "allowed/decoy.raw", std::string(16, '\2'));
+  const VolumeReadOptions options = below(folder / "allowed");
+  const std::string meta = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_SHORT\n";
+  const std::string nrrd = "NRRD0004\ntype: short\ndimension: 3\nsizes: 2 2 2\nendian: little\nencoding: raw\n";
+  writeBytes(folder / "allowed/empty_line.mhd", meta + "\nElementDataFile = ../secret.raw\n");
+  writeBytes(folder / "allowed/two_lines.mhd",
+             meta + "ElementDataFile\n= ../secret.raw\nElementDataFile = decoy.raw\n");
+  writeBytes(folder / "allowed/long_line.nhdr",
+             nrrd + "# " + std::string(5000, '.') + "\ndata file: ../secret.raw\n\n");
+  std::string many_lines = nrrd;
+  for (int i = 0; i < 11000; ++i) many_lines += "#\n";
+  writeBytes(folder / "allowed/many_lines.nhdr", many_lines + "data file: ../secret.raw\n\n");
+  for (const char* name : {"empty_line.mhd", "two_lines.mhd", "long_line.nhdr", "many_lines.nhdr"}) {
+    EXPECT_THROW(readVolume(folder / (std::string("allowed/") + name), options, {}), VolumeError) << name;
+  }
+}
+
+TEST(Directory, VoxelsBesideAHeaderMayNotLieElsewhere) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "allowed");
+  writeVolume(randomCt(Eigen::Matrix3d::Identity()), folder / "outside.nii");
+  std::ifstream stream(folder / "outside.nii", std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  bytes.replace(344, 3, "ni1");  // Its voxels are said to lie in the .img beside it.
+  writeBytes(folder / "allowed/a.nii", bytes);
+  std::filesystem::create_symlink(folder / "outside.nii", folder / "allowed/a.img");
+  EXPECT_NO_THROW(readVolume(folder / "allowed/a.nii", {}, {}));
+  expectContains(refusal(folder / "allowed/a.nii", below(folder / "allowed")), "outside ct/directory");
+}
+
+TEST(VolumeFiles, APathWithAZeroByteIsRefused) {
+  expectContains(refusal(std::string("/etc/passwd\0/ct.nii", 19)), "zero byte");
+}
+
+TEST(VolumeFiles, NamesOfFilesAreEscaped) {
+  const std::string words = refusal("/nowhere/\x1b[2Jct\nERROR: all is well.nii");
+  expectContains(words, "\\x1b[2Jct\\nERROR");
+  EXPECT_EQ(words.find('\n'), std::string::npos);
 }
 
 // A series of slices with a value per voxel that tells its place: column + 10 row + 100 slice, raw.

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <algorithm>
-#include <cctype>
 #include <functional>
 #include <string>
+
+#include "xray_registration/common/escaped.h"
 
 namespace xray_registration {
 
@@ -13,15 +13,10 @@ enum class LogLevel { kDebug, kInfo, kWarning, kError };
 /// standard error. Never called with patient identifiers. May be empty: then nothing is said.
 using Logger = std::function<void(LogLevel, const std::string&)>;
 
+/// Says one line. Names of files and texts from messages may stand in it: what would be a line of its own, or an order
+/// to a terminal, is escaped here.
 inline void log(const Logger& logger, LogLevel level, const std::string& text) {
-  if (logger) logger(level, text);
-}
-
-/// The text with spaces in place of line breaks and other control characters, so that it is one line of a log.
-inline std::string onOneLine(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
-  return text;
+  if (logger) logger(level, escaped(text));
 }
 
 }  // namespace xray_registration

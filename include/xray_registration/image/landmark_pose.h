@@ -1,18 +1,18 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/geometry/rigid_transform.h"
 #include "xray_registration/geometry/xray_camera.h"
 
 namespace xray_registration {
 
 /// Why points give no pose, in words.
-class LandmarkError : public std::runtime_error {
+class LandmarkError : public EscapedError {
  public:
-  using std::runtime_error::runtime_error;
+  using EscapedError::EscapedError;
 };
 
 /// A point of the CT and where a view shows it.

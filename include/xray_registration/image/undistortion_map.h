@@ -2,18 +2,19 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "xray_registration/common/escaped.h"
 
 namespace xray_registration {
 
 struct PolynomialSurface;
 
 /// A file that holds no undistortion map, or points that none can be made of; the message names the file.
-class UndistortionMapError : public std::runtime_error {
+class UndistortionMapError : public EscapedError {
  public:
-  using std::runtime_error::runtime_error;
+  using EscapedError::EscapedError;
 };
 
 /// A point of a picture as the detector shows it, and where it would lie without distortion. Pixels.

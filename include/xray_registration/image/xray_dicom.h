@@ -4,18 +4,18 @@
 #include <array>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/image/image.h"
 
 namespace xray_registration {
 
 /// A file that is no X-ray in DICOM, or whose pixels cannot be read; the message names the file.
-class XrayDicomError : public std::runtime_error {
+class XrayDicomError : public EscapedError {
  public:
-  using std::runtime_error::runtime_error;
+  using EscapedError::EscapedError;
 };
 
 /// Two numbers in DICOM's order: the vertical one (of rows) first, then the horizontal one (of columns).

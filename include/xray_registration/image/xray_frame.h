@@ -2,10 +2,10 @@
 
 #include <array>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/image.h"
 #include "xray_registration/image/undistortion_map.h"
@@ -13,9 +13,9 @@
 namespace xray_registration {
 
 /// Why a frame cannot be used, in words fit for a status message.
-class FrameError : public std::runtime_error {
+class FrameError : public EscapedError {
  public:
-  using std::runtime_error::runtime_error;
+  using EscapedError::EscapedError;
 };
 
 enum class ImageKind {

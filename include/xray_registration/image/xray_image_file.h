@@ -1,16 +1,16 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/image/raw_image.h"
 
 namespace xray_registration {
 
 /// A file that holds no X-ray image; the message names it.
-class XrayFileError : public std::runtime_error {
+class XrayFileError : public EscapedError {
  public:
-  using std::runtime_error::runtime_error;
+  using EscapedError::EscapedError;
 };
 
 /// Reads one X-ray image as the detector gave it: DICOM (the stored values, rescaled as the file says) or what OpenCV

@@ -2,10 +2,10 @@
 
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/common/log.h"
 #include "xray_registration/image/mask.h"
 #include "xray_registration/image/xray_frame.h"
@@ -25,9 +25,9 @@ class Node;
 namespace xray_registration {
 
 /// A parameter that cannot be used; the message names it, its value, and what is allowed, on one line.
-class ParameterError : public std::runtime_error {
+class ParameterError : public EscapedError {
  public:
-  explicit ParameterError(const std::string& message);
+  explicit ParameterError(const std::string& message) : EscapedError(onOneLine(message)) {}
 };
 
 enum class Mode {

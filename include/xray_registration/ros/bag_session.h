@@ -8,19 +8,19 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/common/log.h"
 #include "xray_registration/geometry/rigid_transform.h"
 
 namespace xray_registration {
 
 /// A bag that is no session, and why; the message names the file and the topic.
-class BagSessionError : public std::runtime_error {
+class BagSessionError : public EscapedError {
  public:
-  using std::runtime_error::runtime_error;
+  using EscapedError::EscapedError;
 };
 
 /// One X-ray camera of a session: topics /<name>/image_raw, /<name>/camera_info and, if known, /<name>/ground_truth

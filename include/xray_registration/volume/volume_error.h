@@ -1,13 +1,13 @@
 #pragma once
 
-#include <stdexcept>
+#include "xray_registration/common/escaped.h"
 
 namespace xray_registration {
 
 /// What is wrong with a CT, where, and what to do; the message names the file, folder or parameter.
-class VolumeError : public std::runtime_error {
+class VolumeError : public EscapedError {
  public:
-  using std::runtime_error::runtime_error;
+  using EscapedError::EscapedError;
 };
 
 }  // namespace xray_registration

@@ -32,8 +32,6 @@ std::string nameOf(const gdcm::TransferSyntax& syntax) {
     case gdcm::TransferSyntax::ExplicitVRLittleEndian:
     case gdcm::TransferSyntax::ExplicitVRBigEndian:
       return "uncompressed";
-    case gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian:
-      return "deflated";
     case gdcm::TransferSyntax::JPEGBaselineProcess1:
     case gdcm::TransferSyntax::JPEGExtendedProcess2_4:
       return "JPEG";
@@ -199,7 +197,9 @@ FileContents readFile(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) refuse(path, "there is no such file");
   if (!std::ifstream(path)) refuse(path, "the file cannot be opened; are you allowed to read it?");
   if (!looksLikeDicom(path)) refuse(path, "it is no DICOM file");
-  if (!dicomStructure(path).is_whole) refuse(path, "it is cut off or damaged: its elements do not end within it");
+  const DicomStructure structure = dicomStructure(path);
+  if (structure.is_deflated) refuse(path, "its elements are deflated, which is not read; unpack it (dcmconv +te)");
+  if (!structure.is_whole) refuse(path, "it is cut off or damaged: its elements do not end within it");
   const QuietItk quiet;
   FileContents contents;
   try {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
 #include <utility>
 
 #include "tools/common/command_line.h"
+#include "xray_registration/common/names.h"
 #include "xray_registration/geometry/angles.h"
 
 namespace xray_registration::tools {
@@ -15,8 +15,7 @@ namespace {
 const double kAllAxes = std::sqrt(3.0);
 
 void requireName(const std::string& name, const std::string& option) {
-  static const std::regex kPattern("[A-Za-z][A-Za-z0-9_]*");
-  if (!std::regex_match(name, kPattern)) {
+  if (!isName(name)) {
     throw ArgumentError(option + ": '" + name + "' is no name of a body: a letter, then letters, digits and _");
   }
 }

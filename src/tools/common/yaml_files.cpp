@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "xray_registration/pipeline/pose_yaml.h"
+#include "xray_registration/pipeline/yaml_file.h"
 
 namespace xray_registration::tools {
 namespace {
@@ -19,11 +20,9 @@ namespace {
 YAML::Node loadFile(const std::string& path) {
   YAML::Node node;
   try {
-    node = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    refuse(path, "cannot be opened");
-  } catch (const YAML::Exception& error) {
-    refuse(path, std::string("is not YAML: ") + error.what());
+    node = loadYaml(path);
+  } catch (const std::runtime_error& error) {
+    refuse(path, error.what());
   }
   if (!node.IsMap()) refuse(path, "holds no keys");
   return node;

@@ -9,6 +9,7 @@
 #include "tools/calibrate/session/told_session.h"
 #include "tools/common/json_files.h"
 #include "tools/common/yaml_files.h"
+#include "xray_registration/common/names.h"
 #include "xray_registration/geometry/angles.h"
 
 namespace xray_registration::tools {
@@ -48,13 +49,20 @@ void printPose(const CalibratedSessionView& view) {
 }
 
 std::string nameOf(const CalibratedSessionView& view) {
-  if (view.bag.name.empty()) return "camera";
-  std::string name = view.bag.name;
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
+  return view.bag.name.empty() ? "camera" : asFileName(view.bag.name);
+}
+
+/// roslaunch takes more than names in its files: commands, and Python in $(eval ...).
+void checkFrames(const std::vector<CalibratedSessionView>& views) {
+  for (const CalibratedSessionView& view : views) {
+    if (isFrameName(view.bag.frame_id)) continue;
+    throw std::runtime_error("the images of view '" + view.bag.name + "' have the frame_id '" + view.bag.frame_id +
+                             "'; a launch file can only name frames of letters, digits, and _ - . : /");
+  }
 }
 
 void writeLaunch(const std::string& path, const std::vector<CalibratedSessionView>& views) {
+  checkFrames(views);
   std::ofstream stream(path);
   stream.precision(12);
   stream << "<launch>\n  <!-- Where the further views' X-ray sources stand in the first view's optical frame. -->\n";

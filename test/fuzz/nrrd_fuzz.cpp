@@ -1,0 +1,8 @@
+// NRRD, which ITK reads once our own look at its header has passed.
+#include "test/fuzz/volume_target.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace xray_registration;
+  fuzz::readBoth(fuzz::fileOf(std::string(reinterpret_cast<const char*>(data), size), "ct.nrrd"));
+  return 0;
+}
