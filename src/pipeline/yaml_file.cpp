@@ -2,24 +2,28 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <array>
 #include <fstream>
 #include <stdexcept>
 
 namespace xray_registration {
 namespace {
 
-constexpr std::streamsize kLargestFile = std::streamsize{1} << 20;
+constexpr std::size_t kLargestFile = std::size_t{1} << 20;
 constexpr int kMostValues = 100000;
 constexpr int kDeepest = 50;
 
 std::string contentOf(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw std::runtime_error("cannot be opened");
-  std::string text(static_cast<std::size_t>(kLargestFile) + 1, '\0');
-  stream.read(text.data(), kLargestFile + 1);
+  std::string text;
+  std::array<char, 4096> part{};
+  do {
+    stream.read(part.data(), part.size());
+    text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > kLargestFile) throw std::runtime_error("is larger than 1 MiB, which no such file is");
+  } while (stream);
   if (stream.bad()) throw std::runtime_error("cannot be read");
-  if (stream.gcount() > kLargestFile) throw std::runtime_error("is larger than 1 MiB, which no such file is");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }
 

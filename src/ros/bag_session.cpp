@@ -125,7 +125,8 @@ std::vector<FrameIndex> groupedFrames(const std::vector<ViewIndex>& views, doubl
     for (std::size_t i = 0; i < views.size(); ++i) {
       if (next[i] == views[i].images.size()) continue;
       const ros::Time stamp = views[i].images[next[i]].stamp;
-      if ((stamp - *earliest).toSec() > tolerance_s) continue;
+      // In double: the difference of two ros::Time throws when it leaves 32 bits, and a stamp may hold anything.
+      if (stamp.toSec() - earliest->toSec() > tolerance_s) continue;
       if (frame.stamp.isZero()) frame.stamp = stamp;
       frame.images[i] = next[i]++;
     }

@@ -103,6 +103,13 @@ class LandmarksTest(tool_case.ToolTest):
         _, error = self.solve(self.work('moved.csv'), expect=1)
         self.assertIn('outside of the CT', error)
 
+    def test_a_column_that_is_named_twice(self):
+        # The second one was looked for behind the end of the line.
+        with open(self.work('twice.csv'), 'w') as out:
+            out.write('name,name,x_mm,y_mm,z_mm,u_px,v_px\na,b,1,2,3,4,5\n')
+        _, error = self.solve(self.work('twice.csv'), expect=1)
+        self.assertIn('names the column name twice', error)
+
     def test_pixels_of_their_own_file(self):
         points = self.markups('bare.mrk.json', 'LPS', 1, with_pixels=False)
         _, error = self.solve(points, expect=1)

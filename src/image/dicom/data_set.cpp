@@ -1,5 +1,7 @@
 #include "image/dicom/data_set.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace xray_registration::dicom {
@@ -48,14 +50,16 @@ const Element* Scopes::find(Tag tag) const {
 
 std::optional<double> Scopes::number(Tag tag) const {
   const Element* element = find(tag);
-  if (element == nullptr || element->numbers.empty()) return std::nullopt;
+  if (element == nullptr || element->numbers.empty() || !std::isfinite(element->numbers.front())) return std::nullopt;
   return element->numbers.front();
 }
 
 std::vector<double> Scopes::numbers(Tag tag, std::size_t count) const {
   const Element* element = find(tag);
   if (element == nullptr || element->numbers.size() < count) return {};
-  return element->numbers;
+  const bool are_finite = std::all_of(element->numbers.begin(), element->numbers.end(),
+                                      [](double number) { return std::isfinite(number); });
+  return are_finite ? element->numbers : std::vector<double>{};
 }
 
 std::optional<std::array<double, 2>> Scopes::pair(Tag tag) const {

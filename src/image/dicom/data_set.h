@@ -38,8 +38,9 @@ class Scopes {
   /// Null when no place has a value.
   const Element* find(Tag tag) const;
 
+  /// Nothing when it is NaN or infinite.
   std::optional<double> number(Tag tag) const;
-  /// Empty when there are fewer than `count`.
+  /// Empty when there are fewer than `count`, or one is NaN or infinite.
   std::vector<double> numbers(Tag tag, std::size_t count = 1) const;
   /// As DICOM orders them: of rows (vertical), of columns (horizontal).
   std::optional<std::array<double, 2>> pair(Tag tag) const;

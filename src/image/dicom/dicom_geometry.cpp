@@ -158,7 +158,12 @@ void setCamera(const DicomHeader& header, DicomGeometry* geometry) {
   const Eigen::Vector2d& point = *geometry->principal_point_px.value;
   camera.cx = *geometry->mirrored.value ? header.width - 1.0 - point.x() : point.x();
   camera.cy = point.y();
-  geometry->camera = camera;
+  const std::string problem = camera.problem();
+  if (problem.empty()) {
+    geometry->camera = camera;
+  } else {
+    geometry->missing.push_back({"a camera that can be: with what is stated " + problem, "--source-detector-mm, --pixel-mm"});
+  }
 }
 
 }  // namespace

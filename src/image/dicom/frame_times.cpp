@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include "image/dicom/tags.h"
 
@@ -24,7 +25,9 @@ bool setFromInstants(const DataSet& file, DicomHeader* header) {
     if (!instant) return false;
     instants.push_back(*instant);
     // Past midnight.
-    while (i > 0 && instants[i] < instants[i - 1]) instants[i] += kSecondsPerDay;
+    if (i > 0 && instants[i] < instants[i - 1]) {
+      instants[i] += kSecondsPerDay * std::ceil((instants[i - 1] - instants[i]) / kSecondsPerDay);
+    }
   }
   for (std::size_t i = 0; i < instants.size(); ++i) header->frames[i].time_s = instants[i] - instants[0];
   return instants.size() > 1 && instants.back() > instants.front();
@@ -70,7 +73,8 @@ std::optional<double> secondsOfDay(const std::string& time) {
   double seconds = 3600.0 * std::stoi(digits.substr(0, 2));
   if (whole >= 4) seconds += 60.0 * std::stoi(digits.substr(2, 2));
   if (whole >= 6) seconds += std::stoi(digits.substr(4, 2));
-  const std::string fraction = whole < digits.size() ? digits.substr(whole + 1) : "";
+  // Nanoseconds at most: what a double cannot hold is an exception of std::stod.
+  const std::string fraction = whole < digits.size() ? digits.substr(whole + 1, 9) : "";
   if (!fraction.empty() && std::all_of(fraction.begin(), fraction.end(), is_digit))
     seconds += std::stod("0." + fraction);
   return seconds;

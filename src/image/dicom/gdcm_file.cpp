@@ -163,6 +163,10 @@ void checkImage(const gdcm::Image& image, const std::string& path) {
   if (format.GetBitsAllocated() != 8 && format.GetBitsAllocated() != 16) {
     refuse(path, "it has " + std::to_string(format.GetBitsAllocated()) + " bits for a pixel; 8 and 16 are read");
   }
+  const int stored = format.GetBitsStored();
+  if (stored < 1 || format.GetHighBit() + 1 < stored || format.GetHighBit() >= format.GetBitsAllocated()) {
+    refuse(path, "its pixels' BitsStored (0028,0101) and HighBit (0028,0102) contradict each other");
+  }
 }
 
 void readPixels(const gdcm::Image& image, const std::string& path, FileContents* contents) {

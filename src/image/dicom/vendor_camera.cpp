@@ -82,6 +82,7 @@ std::optional<DicomGeometry> vendorGeometry(const DicomHeader& header, const Dic
   const Eigen::Vector2d& point = *geometry.principal_point_px.value;
   camera.cx = mirrored ? header.width - 1.0 - point.x() : point.x();
   camera.cy = point.y();
+  if (*camera.problem() != '\0' || !pose.matrix().allFinite()) return std::nullopt;
   geometry.camera = camera;
   return geometry;
 }

@@ -38,17 +38,22 @@ CsvTable::CsvTable(const std::string& path) : path_(path) {
   std::ifstream stream(path);
   if (!stream) refuse(path, "cannot be read");
   int number = 0;
+  std::size_t width = 0;
   for (std::string line; std::getline(stream, line);) {
     ++number;
     if (trimmed(line).empty() || trimmed(line).front() == '#') continue;
     const auto cells = csvCells(line);
     if (columns_.empty()) {
-      for (std::size_t i = 0; i < cells.size(); ++i) columns_[cells[i]] = i;
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        const bool is_new = columns_.emplace(cells[i], i).second;
+        if (!is_new && !cells[i].empty()) refuse(path, "its first line names the column " + cells[i] + " twice");
+      }
+      width = cells.size();
       continue;
     }
-    if (cells.size() != columns_.size()) {
+    if (cells.size() != width) {
       refuse(path, "line " + std::to_string(number) + " has " + std::to_string(cells.size()) +
-                       " cells, the first line " + std::to_string(columns_.size()));
+                       " cells, the first line " + std::to_string(width));
     }
     rows_.push_back({number, cells});
   }

@@ -40,6 +40,15 @@ Eigen::Vector2d storedPixel(const DicomGeometry& geometry, const Eigen::Vector3d
   return pixel;
 }
 
+TEST(DicomGeometryTest, NumbersThatMakeNoCamera) {
+  DicomFrame frame = wholeFrame();
+  frame.source_detector_mm = 1e300;
+  frame.imager_spacing_mm = RowColumn{1e-300, 1e-300};
+  const DicomGeometry geometry = dicomGeometry(header(), frame);
+  EXPECT_FALSE(geometry.camera);
+  EXPECT_EQ(remedies(geometry, false), std::vector<std::string>{"--source-detector-mm, --pixel-mm"});
+}
+
 TEST(DicomGeometryTest, DistancesAndPixelsMakeACamera) {
   const DicomGeometry geometry = dicomGeometry(header(), wholeFrame());
   ASSERT_TRUE(geometry.camera);

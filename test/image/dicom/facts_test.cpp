@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "image/dicom/frame_times.h"
 #include "image/dicom/tags.h"
 
@@ -37,6 +40,36 @@ DataSet group(Tag macro, std::map<Tag, Element> attributes) {
 constexpr Tag kSharedGroups = 0x52009229, kFrameGroups = 0x52009230;
 constexpr Tag kXrayGeometrySequence = 0x00189476, kPositionerPositionSequence = 0x00189405;
 constexpr Tag kFrameContentSequence = 0x00209111;
+
+// As text, and as the bits of a double, an attribute can be NaN or infinite.
+TEST(FactsTest, NumbersThatAreNotFiniteAreNotStated) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  DataSet file;
+  file.elements[tag::kDistanceSourceToDetector] = numbers({infinity});
+  file.elements[tag::kImagerPixelSpacing] = numbers({0.3, std::nan("")});
+  file.elements[tag::kPositionerPrimaryAngle] = numbers({-infinity});
+  const DicomHeader header = headerOf(file, 1);
+  EXPECT_FALSE(header.frames[0].source_detector_mm);
+  EXPECT_FALSE(header.frames[0].imager_spacing_mm);
+  EXPECT_FALSE(header.frames[0].primary_deg);
+}
+
+TEST(FactsTest, ATimeWithAnyNumberOfDigits) {
+  EXPECT_EQ(secondsOfDay("000001." + std::string(400, '0') + "1"), 1.0);
+}
+
+// Each frame half a day before the last one: looked at in a moment, however many there are.
+TEST(FactsTest, ManyMidnights) {
+  DataSet file;
+  std::vector<DataSet> groups;
+  for (int i = 0; i < 20000; ++i) {
+    const char* instant = i % 2 == 0 ? "20211124180000" : "20211124060000";
+    groups.push_back(group(kFrameContentSequence, {{tag::kFrameAcquisitionDateTime, words({instant})}}));
+  }
+  file.elements[kFrameGroups] = items(groups);
+  const DicomHeader header = headerOf(file, groups.size());
+  EXPECT_EQ(header.frames.back().time_s, 19999 * 43200.0);
+}
 
 TEST(FactsTest, AngiographyStatesItsGeometryOnce) {
   DataSet file;
