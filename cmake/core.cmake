@@ -23,6 +23,8 @@ endmacro()
 
 xray_glob(common_sources common)
 xray_take_itk(common_itk_sources common_sources)
+# YAML is read where there is yaml-cpp, which the compute-only build does without.
+list(FILTER common_sources EXCLUDE REGEX "/yaml_file\\.cpp$")
 xray_room(common SOURCES ${common_sources})
 
 xray_glob(geometry_sources geometry)
@@ -73,13 +75,15 @@ set(core_rooms common geometry volume image drr registration evaluation)
 # The way of a frame from pixels to a verdict reads parameters (yaml-cpp) and masks (OpenCV).
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   find_package(yaml-cpp REQUIRED)
+  xray_room(common_yaml SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/src/common/yaml_file.cpp ROOMS common
+            LIBRARIES ${YAML_CPP_LIBRARIES})
   xray_glob(pipeline_sources pipeline)
-  xray_room(pipeline SOURCES ${pipeline_sources} ROOMS registration
+  xray_room(pipeline SOURCES ${pipeline_sources} ROOMS registration common_yaml
             LIBRARIES Eigen3::Eigen ${YAML_CPP_LIBRARIES})
   target_include_directories(xray_registration_pipeline SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
   xray_room(evaluation_trials SOURCES ${trials_sources} ROOMS evaluation pipeline
             LIBRARIES Eigen3::Eigen)
-  list(APPEND core_rooms pipeline evaluation_trials)
+  list(APPEND core_rooms common_yaml pipeline evaluation_trials)
 endif()
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   # GDCM, which ITK reads DICOM with, prints what it finds in files; its switch for that is in a header of its own.
@@ -93,7 +97,8 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   foreach(room common_itk volume_itk image_itk)
     target_include_directories(xray_registration_${room} SYSTEM PRIVATE ${ITK_INCLUDE_DIRS} ${GDCM_INCLUDE_DIR})
   endforeach()
-  xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image image_itk LIBRARIES Eigen3::Eigen ${OpenCV_LIBS})
+  xray_room(image_opencv SOURCES ${opencv_sources} ROOMS image image_itk common_yaml
+            LIBRARIES Eigen3::Eigen ${OpenCV_LIBS} ${YAML_CPP_LIBRARIES})
   target_include_directories(xray_registration_image_opencv SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
   # X-rays in DICOM: the geometry, and GDCM in gdcm_*.cpp.
   file(GLOB dicom_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image/dicom/*.cpp)

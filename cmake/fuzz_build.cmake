@@ -39,12 +39,12 @@ function(xray_fuzz_part name)
   target_link_libraries(fuzz_part_${name} PUBLIC ${PART_PARTS} ${PART_LIBRARIES})
 endfunction()
 
-xray_fuzz_part(base LIBRARIES Eigen3::Eigen Threads::Threads
-  SOURCES common/escaped.cpp common/names.cpp common/statistics.cpp common/dicom_structure.cpp
+xray_fuzz_part(base LIBRARIES Eigen3::Eigen Threads::Threads ${YAML_CPP_LIBRARIES}
+  SOURCES common/escaped.cpp common/names.cpp common/statistics.cpp common/yaml_file.cpp common/dicom_structure.cpp
           geometry/rigid_transform.cpp geometry/xray_camera.cpp geometry/volume_grid.cpp volume/file_grid.cpp)
 xray_fuzz_part(yaml PARTS base LIBRARIES ${YAML_CPP_LIBRARIES}
   SOURCES drr/similarity.cpp pipeline/parameters.cpp pipeline/body_parser.cpp pipeline/pose_yaml.cpp
-          pipeline/yaml_file.cpp tools/common/yaml_files.cpp)
+          tools/common/yaml_files.cpp)
 xray_fuzz_part(landmarks PARTS base LIBRARIES nlohmann_json::nlohmann_json
   SOURCES tools/landmarks/csv_table.cpp tools/landmarks/points_file.cpp tools/landmarks/slicer_markups.cpp)
 xray_fuzz_part(image PARTS base LIBRARIES ${OpenCV_LIBS}

@@ -1,9 +1,12 @@
+#include <yaml-cpp/yaml.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
 
 #include "image/polynomial_surface.h"
+#include "xray_registration/common/yaml_file.h"
 #include "xray_registration/image/undistortion_map.h"
 
 namespace xray_registration {
@@ -16,10 +19,16 @@ constexpr int kLargestSide = 100000;
   throw UndistortionMapError("'" + path + "': " + what);
 }
 
-int wholeNumber(const cv::FileStorage& file, const std::string& path, const std::string& key, int low, int high) {
-  const cv::FileNode node = file[key];
-  if (!node.isInt()) refuse(path, "'" + key + "' is missing or not a whole number");
-  const int value = static_cast<int>(node);
+// Not by cv::FileStorage, which wrote it: that does not survive all that can stand in a file. False when there is no
+// such number.
+template <typename T>
+bool readNumber(const YAML::Node& node, T* value) {
+  return node.IsDefined() && YAML::convert<T>::decode(node, *value);
+}
+
+int wholeNumber(const YAML::Node& file, const std::string& path, const std::string& key, int low, int high) {
+  int value = 0;
+  if (!readNumber(file[key], &value)) refuse(path, "'" + key + "' is missing or not a whole number");
   if (value < low || value > high) {
     refuse(path, "'" + key + "' is " + std::to_string(value) + "; allowed: " + std::to_string(low) + " to " +
                      std::to_string(high));
@@ -27,19 +36,22 @@ int wholeNumber(const cv::FileStorage& file, const std::string& path, const std:
   return value;
 }
 
-std::vector<double> numbers(const cv::FileStorage& file, const std::string& path, const std::string& key) {
-  const cv::FileNode node = file[key];
-  if (!node.isSeq()) refuse(path, "'" + key + "' is missing or not a list of numbers");
+std::vector<double> numbers(const YAML::Node& file, const std::string& path, const std::string& key) {
+  const YAML::Node node = file[key];
+  if (!node.IsDefined() || !node.IsSequence()) refuse(path, "'" + key + "' is missing or not a list of numbers");
   std::vector<double> values;
-  for (const cv::FileNode& element : node) {
-    if (!element.isReal() && !element.isInt()) refuse(path, "'" + key + "' holds something that is not a number");
-    values.push_back(static_cast<double>(element));
-    if (!std::isfinite(values.back())) refuse(path, "'" + key + "' holds a number that is not finite");
+  for (const auto& element : node) {
+    double value = 0.0;
+    if (!readNumber(element, &value)) {
+      refuse(path, "'" + key + "' holds something that is not a number");
+    }
+    if (!std::isfinite(value)) refuse(path, "'" + key + "' holds a number that is not finite");
+    values.push_back(value);
   }
   return values;
 }
 
-std::vector<double> numbers(const cv::FileStorage& file, const std::string& path, const std::string& key, int count) {
+std::vector<double> numbers(const YAML::Node& file, const std::string& path, const std::string& key, int count) {
   std::vector<double> values = numbers(file, path, key);
   if (values.size() != static_cast<std::size_t>(count)) {
     refuse(path, "'" + key + "' has " + std::to_string(values.size()) + " numbers instead of " + std::to_string(count));
@@ -47,14 +59,13 @@ std::vector<double> numbers(const cv::FileStorage& file, const std::string& path
   return values;
 }
 
-PolynomialSurface readSurface(const cv::FileStorage& file, const std::string& path) {
+PolynomialSurface readSurface(const YAML::Node& file, const std::string& path) {
   PolynomialSurface surface;
   surface.degree = wholeNumber(file, path, "degree", 0, PolynomialSurface::kHighestDegree);
   const auto centre = numbers(file, path, "centre", 2);
   surface.centre = {centre[0], centre[1]};
-  const cv::FileNode scale = file["scale"];
-  if (scale.isReal() || scale.isInt()) surface.scale = static_cast<double>(scale);
-  if (scale.empty() || !std::isfinite(surface.scale) || surface.scale <= 0.0) {
+  const bool has_scale = readNumber(file["scale"], &surface.scale);
+  if (!has_scale || !std::isfinite(surface.scale) || surface.scale <= 0.0) {
     refuse(path, "'scale' is missing or not a positive number");
   }
   const int terms = PolynomialSurface::termCount(surface.degree);
@@ -82,7 +93,7 @@ bool isConvex(const std::vector<Eigen::Vector2d>& hull) {
   return left != right;
 }
 
-std::vector<Eigen::Vector2d> readHull(const cv::FileStorage& file, const std::string& path) {
+std::vector<Eigen::Vector2d> readHull(const YAML::Node& file, const std::string& path) {
   const auto values = numbers(file, path, "hull");
   std::vector<Eigen::Vector2d> hull;
   for (std::size_t i = 0; i + 1 < values.size(); i += 2) hull.emplace_back(values[i], values[i + 1]);
@@ -103,15 +114,16 @@ std::vector<double> column(const PolynomialSurface& surface, int index) {
   return std::vector<double>(values.data(), values.data() + values.size());
 }
 
-cv::FileStorage opened(const std::string& path) {
+YAML::Node opened(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) refuse(path, "there is no such file");
-  cv::FileStorage file;
+  YAML::Node file;
   try {
-    file.open(path, cv::FileStorage::READ);
-  } catch (const cv::Exception&) {
-    refuse(path, "it is no undistortion map (calibrate --grid writes one)");
+    file = loadYaml(path);
+  } catch (const std::runtime_error&) {
+    file = YAML::Node();  // Refused below.
   }
-  if (!file.isOpened() || !file["format"].isString() || file["format"].string() != kFormat) {
+  if (!file.IsMap() || !file["format"].IsDefined() || !file["format"].IsScalar() ||
+      file["format"].Scalar() != kFormat) {
     refuse(path, "it is no undistortion map (calibrate --grid writes one)");
   }
   return file;
@@ -120,7 +132,7 @@ cv::FileStorage opened(const std::string& path) {
 }  // namespace
 
 UndistortionMap UndistortionMap::read(const std::string& path) {
-  const cv::FileStorage file = opened(path);
+  const YAML::Node file = opened(path);
   UndistortionMap map;
   map.width_ = wholeNumber(file, path, "image_width", 1, kLargestSide);
   map.height_ = wholeNumber(file, path, "image_height", 1, kLargestSide);

@@ -10,7 +10,7 @@
 #include "pipeline/parameter_group.h"
 #include "xray_registration/common/names.h"
 #include "xray_registration/pipeline/pose_yaml.h"
-#include "xray_registration/pipeline/yaml_file.h"
+#include "xray_registration/common/yaml_file.h"
 
 namespace xray_registration {
 

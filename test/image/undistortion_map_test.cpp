@@ -189,6 +189,7 @@ TEST(UndistortionMap, FilesThatAreNoneAreRefusedByName) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "no undistortion map"},
       {"words", "no undistortion map"},
+      {"%YAML:1.0\n---\n- 1\n- 2\n", "no undistortion map"},
       {"%YAML:1.0\n---\nformat: something else\n", "no undistortion map"},
       {changed(good, "undistortion map 1", "undistortion map 2"), "no undistortion map"},
       {changed(good, "image_width: 512", "image_width: 0"), "'image_width' is 0"},

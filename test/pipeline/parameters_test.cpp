@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
+#include <fstream>
 
 namespace xray_registration {
 namespace {
@@ -198,6 +199,13 @@ TEST(Parameters, InitialPoseAsAMatrix) {
 }
 
 TEST(Parameters, NoneMeansNoInitialPose) { EXPECT_FALSE(parse("{initial_pose: none}").initial_pose); }
+
+// Messages write values out, and this one holds itself.
+TEST(Parameters, WhatGrowsWithoutEndIsRefused) {
+  const std::string path = testing::TempDir() + "parameters_bomb_test.yaml";
+  std::ofstream(path) << "a: &a [1, *a]\naccept: *a\n";
+  EXPECT_THROW(loadParametersYaml(path), ParameterError);
+}
 
 TEST(Parameters, MissingFileIsNamed) {
   try {

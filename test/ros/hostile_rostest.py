@@ -230,6 +230,7 @@ class Hostile(unittest.TestCase):
         self.check_alive()
 
     def test_poses(self):
+        self.check_alive()  # Whose frame a start is in can be looked up from here on.
         call = rospy.ServiceProxy('/under_test/set_initial_pose', SetInitialPose)
         for frame, body, numbers in ((EVIL, '', (0, 0, 0, 1)), ('xray', EVIL, (0, 0, 0, 1)), ('xray', '', (0, 0, 0, 0)),
                                      ('xray', '', (NAN, 0, 0, 1)), ('xray', 'b' * 2 ** 20, (0, 0, 0, 1)),

@@ -162,7 +162,8 @@ void setCamera(const DicomHeader& header, DicomGeometry* geometry) {
   if (problem.empty()) {
     geometry->camera = camera;
   } else {
-    geometry->missing.push_back({"a camera that can be: with what is stated " + problem, "--source-detector-mm, --pixel-mm"});
+    geometry->missing.push_back(
+        {"a camera that can be: with what is stated " + problem, "--source-detector-mm, --pixel-mm"});
   }
 }
 

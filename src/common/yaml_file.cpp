@@ -1,4 +1,4 @@
-#include "xray_registration/pipeline/yaml_file.h"
+#include "xray_registration/common/yaml_file.h"
 
 #include <yaml-cpp/yaml.h>
 
