@@ -16,6 +16,7 @@ constexpr std::uint32_t kItem = 0xfffee000;
 constexpr std::uint32_t kItemEnd = 0xfffee00d;
 constexpr std::uint32_t kSequenceEnd = 0xfffee0dd;
 constexpr std::uint32_t kPixels = 0x7fe00010;
+constexpr std::uint32_t kBitsAllocated = 0x00280100;
 constexpr char kDeflated[] = "1.2.840.10008.1.2.1.99";
 constexpr int kDeepest = 32;
 constexpr long kPreamble = 128;
@@ -64,6 +65,11 @@ void checkKnown(const Element& element) {
     if (!element.vr.empty() && element.vr != "UN" && element.vr != known.vr) throw Broken();
     if (is_short && element.length != 0 && element.length != sizeof(std::uint16_t)) throw Broken();
   }
+}
+
+// GDCM ends the process on pixels that are no whole bytes, but for packed ones of 12 bits.
+void checkBitsAllocated(std::uint32_t bits) {
+  if (bits == 0 || bits > 64 || (bits % 8 != 0 && bits != 12)) throw Broken();
 }
 
 class Walk {
@@ -228,7 +234,9 @@ class Walk {
         at_pixels_ = true;
         return;
       }
-      if (one.length == kUndefined && (one.vr == "OB" || one.vr == "OW")) {
+      if (depth == 0 && one.tag == kBitsAllocated && one.length == sizeof(std::uint16_t)) {
+        checkBitsAllocated(number(sizeof(std::uint16_t)));
+      } else if (one.length == kUndefined && (one.vr == "OB" || one.vr == "OW")) {
         walkFragments(end);  // Of an icon.
       } else if (one.vr == "SQ" || one.length == kUndefined) {
         walkSequence(one, end, depth);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/result_transforms.h"
 
@@ -65,7 +66,7 @@ void LocalizeServer::execute(const LocalizeGoalConstPtr& goal) {
     answer_ = worker_->localize(task);
     result = wait(task.get());
   } catch (const std::invalid_argument& error) {
-    result.message = error.what();
+    result.message = escaped(error.what());
   } catch (const std::future_error&) {
     result.message = "the node is shutting down";
   }
@@ -98,7 +99,7 @@ LocalizeResult LocalizeServer::wait(WideSearchTask* task) {
   }
   const WideSearchTask::Answer answer = answer_.get();
   result.success = static_cast<std::uint8_t>(answer.accepted);
-  result.message = answer.message;
+  result.message = escaped(answer.message);
   result.pose.header = answer.header;
   result.pose.pose = toPose(answer.T_camera_ct);
   result.similarity = answer.similarity;

@@ -2,7 +2,8 @@
 """Fails when a file includes a private header of another room.
 
 usage: check_private_headers.py <source folder>
-Private is every header below src/<room>: it is for that room and for its tests, test/<room>. What another room may use
+Private is every header below src/<room>: it is for that room and for its tests, test/<room> and
+test/fuzz/<room>. What another room may use
 stands in include/xray_registration/<room>, and is included as that: `xray_registration/<room>/<name>.h`. A path that
 reaches the same file in another way (`../drr/engine.h`) would pass by check_rooms.sh, and fails here.
 """
@@ -32,7 +33,9 @@ def files(root):
             for name in sorted(names):
                 if name.endswith(SOURCES):
                     path = os.path.relpath(os.path.join(base, name), root)
-                    yield path, room or os.path.relpath(path, folder).split('/')[0]
+                    places = os.path.relpath(path, folder).split('/')
+                    # The fuzzers of a room stand in its folder below test/fuzz.
+                    yield path, room or (places[1] if places[0] == 'fuzz' else places[0])
 
 
 def target(root, path, included):

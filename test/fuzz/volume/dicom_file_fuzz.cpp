@@ -3,6 +3,7 @@
 #include "volume/dicom_file.h"
 #include "xray_registration/image/xray_dicom.h"
 #include "xray_registration/image/xray_dicom_geometry.h"
+#include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration::fuzz {
 namespace {
@@ -19,7 +20,7 @@ void readSlice(const std::string& path) {
 void readXray(const std::string& path) {
   const XrayDicomFile file(path);
   for (std::size_t i = 0; i < file.header().frames.size(); ++i) {
-    file.frame(i);
+    file.frame(i, false);
     dicomGeometry(file.header(), file.header().frames[i]);
   }
 }

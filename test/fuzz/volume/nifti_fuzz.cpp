@@ -1,5 +1,5 @@
 // NIfTI-1 and NIfTI-2, compressed or not.
-#include "test/fuzz/volume_target.h"
+#include "test/fuzz/volume/volume_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace xray_registration;

@@ -1,5 +1,5 @@
 // NRRD, which ITK reads once our own look at its header has passed.
-#include "test/fuzz/volume_target.h"
+#include "test/fuzz/volume/volume_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace xray_registration;
