@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "xray_registration/common/dicom_structure.h"
+#include "xray_registration/common/escaped.h"
 #include "xray_registration/common/itk_quiet.h"
 #include "xray_registration/image/xray_dicom.h"
 
@@ -74,7 +75,8 @@ std::vector<std::string> wordsIn(const std::string& text) {
   for (std::string& word : words) {
     const auto first = word.find_first_not_of(' ');
     const auto last = word.find_last_not_of(std::string(" \0", 2));
-    word = first == std::string::npos || last == std::string::npos ? "" : word.substr(first, last - first + 1);
+    // They are shown, in warnings and tables; none that means something has to be escaped.
+    word = first == std::string::npos || last == std::string::npos ? "" : escaped(word.substr(first, last - first + 1));
   }
   return words;
 }

@@ -9,7 +9,7 @@ namespace xray_registration::tools {
 namespace {
 
 int report(const CLI::App& app, const std::string& what, int code) {
-  std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), onOneLine(what).c_str());
+  std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), escaped(what).c_str());
   return code;
 }
 

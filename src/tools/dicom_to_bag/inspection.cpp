@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "tools/common/json_files.h"
+#include "xray_registration/common/escaped.h"
 
 namespace xray_registration::tools {
 namespace {
@@ -34,7 +35,7 @@ std::string sideOf(double degrees, const char* above, const char* below) {
 void printHeader(const DicomView& view) {
   const DicomRun& run = *view.run;
   const DicomHeader& header = run.header();
-  const std::string file = std::filesystem::path(run.paths.front()).filename().string();
+  const std::string file = escaped(std::filesystem::path(run.paths.front()).filename().string());
   const std::string more = run.files.size() > 1 ? " and " + std::to_string(run.files.size() - 1) + " more" : "";
   std::printf("%s%s: %s, %zu %s of %d x %d px, %d bits, %s%s\n", file.c_str(), more.c_str(),
               header.modality.empty() ? "no modality" : header.modality.c_str(), run.pictures.size(),
