@@ -1,5 +1,6 @@
 #include "xray_registration/common/dicom_structure.h"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdint>
@@ -67,9 +68,27 @@ void checkKnown(const Element& element) {
   }
 }
 
-// GDCM ends the process on pixels that are no whole bytes, but for packed ones of 12 bits.
-void checkBitsAllocated(std::uint32_t bits) {
-  if (bits == 0 || bits > 64 || (bits % 8 != 0 && bits != 12)) throw Broken();
+struct Range {
+  std::uint32_t tag;
+  std::uint32_t low;
+  std::uint32_t high;
+};
+
+// Numbers of 16 bits about pixels that GDCM asserts instead of checking: samples, bits allocated and stored, the
+// highest.
+constexpr std::array<Range, 4> kRanges = {
+    {{0x00280002, 1, 4}, {kBitsAllocated, 8, 64}, {0x00280101, 1, 64}, {0x00280102, 0, 63}}};
+
+bool isRanged(std::uint32_t tag) {
+  return std::any_of(kRanges.begin(), kRanges.end(), [tag](const Range& range) { return range.tag == tag; });
+}
+
+void checkRange(std::uint32_t tag, std::uint32_t value) {
+  for (const Range& range : kRanges) {
+    if (tag == range.tag && (value < range.low || value > range.high)) throw Broken();
+  }
+  // Whole bytes, but for 12 bits in a row.
+  if (tag == kBitsAllocated && value % 8 != 0 && value != 12) throw Broken();
 }
 
 class Walk {
@@ -234,8 +253,8 @@ class Walk {
         at_pixels_ = true;
         return;
       }
-      if (depth == 0 && one.tag == kBitsAllocated && one.length == sizeof(std::uint16_t)) {
-        checkBitsAllocated(number(sizeof(std::uint16_t)));
+      if (depth == 0 && isRanged(one.tag) && one.length == sizeof(std::uint16_t)) {
+        checkRange(one.tag, number(sizeof(std::uint16_t)));
       } else if (one.length == kUndefined && (one.vr == "OB" || one.vr == "OW")) {
         walkFragments(end);  // Of an icon.
       } else if (one.vr == "SQ" || one.length == kUndefined) {

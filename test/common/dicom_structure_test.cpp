@@ -158,6 +158,24 @@ TEST_F(DicomStructureTest, DeflatedOnesAreNotLookedInto) {
   EXPECT_FALSE(found.pixels_fit);
 }
 
+// GDCM ends the process on them.
+TEST_F(DicomStructureTest, PixelsThatCannotBe) {
+  const std::string bytes = slice();
+  const auto with = [&](int number, std::uint32_t value) {
+    const std::string element = tag(0x28, number) + "US" + littleEndian(2, 2);
+    std::string changed = bytes;
+    const std::size_t at = changed.find(element);
+    EXPECT_NE(at, std::string::npos) << number;
+    if (at != std::string::npos) changed.replace(at + element.size(), 2, littleEndian(value, 2));
+    return look(changed).is_whole;
+  };
+  EXPECT_TRUE(with(0x100, 16));
+  EXPECT_FALSE(with(0x100, 61));
+  EXPECT_FALSE(with(0x100, 0));
+  EXPECT_FALSE(with(0x2, 250));
+  EXPECT_FALSE(with(0x101, 65));
+}
+
 TEST_F(DicomStructureTest, ImplicitWithoutAPreamble) {
   const std::string bytes = implicitElement(0x8, 0x60, "CT") + implicitElement(0x28, 0x10, std::string("\4\0", 2));
   EXPECT_TRUE(look(bytes).is_dicom);
