@@ -211,6 +211,7 @@ void checkDataFile(ImageIo* io, const std::string& path, const FileRule& rule) {
 
 template <typename To>
 void readMetaImage(ImageIo* io, const std::string& path, const FileRule& rule, FileImage<To>* image) {
+  checkMetaImageDimensions(path);
   io->ReadImageInformation();
   checkDataFile(io, path, rule);
   checkPixels(*io, path);

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <locale>
 #include <sstream>
 
@@ -38,6 +39,22 @@ void checkSpacing(const std::string& path) {
 }
 
 }  // namespace
+
+void checkMetaImageDimensions(const std::string& path) {
+  constexpr std::size_t kLongestHeader = std::size_t{1} << 20;
+  const std::string key = "NDims";
+  std::string text(kLongestHeader, '\0');
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  text.resize(std::min(text.find("ElementDataFile"), text.size()));
+  // The library takes words as they come, across lines and more than once.
+  for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
+    const std::size_t value = std::min(text.find_first_not_of(" \t\r\n=:", at + key.size()), text.size());
+    const long dimensions = std::strtol(text.c_str() + value, nullptr, 10);
+    if (dimensions < 1 || dimensions > 10) refuse(path, "its header states an impossible number of dimensions (NDims)");
+  }
+}
 
 MetaImageData metaImageData(const std::string& path, std::size_t bytes) {
   const HeaderField named = headerField(path, {"elementdatafile"});

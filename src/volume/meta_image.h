@@ -14,6 +14,10 @@ struct MetaImageData {
   bool is_big_endian = false;
 };
 
+/// ITK reads numbers without end where a header states less than one dimension. To be called before it reads one.
+/// @throws VolumeError when a number of dimensions in it is none.
+void checkMetaImageDimensions(const std::string& path);
+
 /// Looks at the header's text. `bytes`: of all voxels, uncompressed.
 /// @throws VolumeError when the data cannot be there, or lie in several files.
 MetaImageData metaImageData(const std::string& path, std::size_t bytes);

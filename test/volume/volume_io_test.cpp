@@ -302,6 +302,18 @@ TEST(Directory, VoxelsBesideAHeaderMayNotLieElsewhere) {
   expectContains(refusal(folder / "allowed/a.nii", below(folder / "allowed")), "outside ct/directory");
 }
 
+// ITK would read numbers without end.
+TEST(VolumeFiles, MetaImagesOfNoDimensionsAreRefused) {
+  const TemporaryFolder folder;
+  for (const char* dimensions : {"NDims = -1\n", "NDims = 0\n", "NDims = 3\nNDims\n= -7\n", "NDims = 99999999\n"}) {
+    writeBytes(folder / "a.mha", std::string("ObjectType = Image\n") + dimensions +
+                                     "ElementSpacing = 1 1 1\nDimSize = 2 2 2\nElementType = MET_SHORT\n"
+                                     "ElementDataFile = LOCAL\n" +
+                                     std::string(16, '\1'));
+    expectContains(refusal(folder / "a.mha"), "number of dimensions");
+  }
+}
+
 TEST(VolumeFiles, APathWithAZeroByteIsRefused) {
   expectContains(refusal(std::string("/etc/passwd\0/ct.nii", 19)), "zero byte");
 }
