@@ -9,8 +9,8 @@
 #include "pipeline/body_parser.h"
 #include "pipeline/parameter_group.h"
 #include "xray_registration/common/names.h"
-#include "xray_registration/pipeline/pose_yaml.h"
 #include "xray_registration/common/yaml_file.h"
+#include "xray_registration/pipeline/pose_yaml.h"
 
 namespace xray_registration {
 
