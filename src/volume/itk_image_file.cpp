@@ -198,9 +198,10 @@ void readNrrd(ImageIo* io, const std::string& path, const FileRule& rule, FileIm
 
 template <typename To>
 void readMetaImage(ImageIo* io, const std::string& path, const FileRule& rule, FileImage<To>* image) {
+  // First, since it says what is wrong with a header.
+  MetaImageText text = metaImageText(path);
   io->ReadImageInformation();
   checkPixels(*io, path);
-  MetaImageText text = metaImageText(path);
   image->grid = gridOf(*io);
   image->format = "MetaImage, orientation from its matrix";
   image->warnings = std::move(text.warnings);
