@@ -329,7 +329,7 @@ std::string RegistrationPipeline::startProblem(double stamp_s, const FrameOutcom
     const RigidTransform T_view_ct = view.T_view_first * *start;
     problem = impossibleStart(T_view_ct, body_.attenuation->grid, view.xray->camera);
     if (problem.empty()) problem = turnedStart(T_view_ct, body_.centre_ct_mm, view, render);
-    if (!is_drawn) return "";  // A device that failed says nothing of the start.
+    if (!is_drawn) return "";        // A device that failed says nothing of the start.
     if (problem.empty()) return "";  // A view may look past the CT, or hardly see a turn.
   }
   return problem;

@@ -153,8 +153,8 @@ class RegistrationPipeline {
   /// The engine of the fast method with the present CT on it, for who asks more than poses of it. Null without a CT or
   /// with another method; gone with the next CT, tuning, or failure of the device.
   Engine* engine();
-  /// For who was given engine(): the device failed. It is opened anew, once, and the next frame is a cold start from the
-  /// last pose; false, with the fault set, when that was done before without a success since, or does not help.
+  /// For who was given engine(): the device failed. It is opened anew, once, and the next frame is a cold start from
+  /// the last pose; false, with the fault set, when that was done before without a success since, or does not help.
   bool rebuildAfter(const std::string& failure);
   std::size_t deviceBytes() const { return body_.registrar ? body_.registrar->deviceBytes() : 0; }
   const NodeParameters& parameters() const { return parameters_; }
