@@ -23,8 +23,23 @@ foreach(name node live sim_time stamps health two_views bodies localize nodelet_
   target_compile_definitions(${name}_rostest PRIVATE XRAY_REGISTRATION_SOURCE="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
 endforeach()
-set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process)
-list(APPEND rostests hostile)
+# The node with the layer that fails calls of OpenCL in it, and the test that tells it which.
+add_executable(failing_node ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/registration_node.cpp ${failing_opencl})
+target_link_libraries(failing_node PRIVATE xray_registration_warnings)
+target_include_directories(failing_node PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_link_libraries(failing_node PRIVATE xray_registration_ros ${CMAKE_DL_LIBS})
+# Exported, its functions go before the library's. Not where rosrun looks.
+set_target_properties(failing_node PROPERTIES ENABLE_EXPORTS ON
+                      RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
+add_executable(failing_device_rostest ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/failing_device_rostest.cpp
+               ${failing_opencl})
+target_link_libraries(failing_device_rostest PRIVATE xray_registration_warnings)
+target_include_directories(failing_device_rostest PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_compile_definitions(failing_device_rostest PRIVATE XRAY_FAILING_NODE="$<TARGET_FILE:failing_node>")
+target_link_libraries(failing_device_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads
+                      ${CMAKE_DL_LIBS})
+add_dependencies(failing_device_rostest failing_node)
+set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process failing_device hostile)
 # A sanitizer takes all the address space there is, so none can be limited (scripts/test says that it is skipped).
 if(NOT XRAY_REGISTRATION_SANITIZE)
   list(APPEND rostests memory)

@@ -59,7 +59,7 @@ function(xray_tests_of room)
 endfunction()
 
 # Tests that need ITK or OpenCV, and those of what stands on the pipeline.
-set(XRAY_FULL_CORE_TESTS volume_io nifti_files nrrd_meta_files dicom_values hu_values hard_cts segment_names bone_surface xray_frame mask undistortion_map calibration_grid xray_image_file
+set(XRAY_FULL_CORE_TESTS volume_io impossible_files nifti_files nrrd_meta_files dicom_values hu_values hard_cts segment_names bone_surface xray_frame mask undistortion_map calibration_grid xray_image_file
     undistorted_registration trials wrong_input landmark_pose)
 # Those of X-rays in DICOM (test/image/dicom).
 set(XRAY_DICOM_TESTS dicom_geometry facts loop_x pixel_meaning positioner shutter_mask xray_dicom)
@@ -73,6 +73,17 @@ xray_tests_of(registration evaluation)
 xray_tests_of(evaluation)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   xray_tests_of(pipeline volume_itk image_opencv)
+endif()
+# A layer that fails calls, between these tests and OpenCL.
+set(failing_opencl ${CMAKE_CURRENT_SOURCE_DIR}/test/drr/opencl/failing_opencl.cpp)
+target_sources(test_drr_failing_calls PRIVATE ${failing_opencl})
+target_link_libraries(test_drr_failing_calls PRIVATE ${CMAKE_DL_LIBS})
+# 10 to 20 s each, and twenty times that under the thread sanitizer.
+set_tests_properties(drr.failing_calls PROPERTIES TIMEOUT 900)
+if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
+  target_sources(test_pipeline_failing_device PRIVATE ${failing_opencl})
+  target_link_libraries(test_pipeline_failing_device PRIVATE ${CMAKE_DL_LIBS})
+  set_tests_properties(pipeline.failing_device PROPERTIES TIMEOUT 900)
 endif()
 include(cmake/tools_tests.cmake)
 include(cmake/benchmark_tests.cmake)

@@ -6,8 +6,9 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <vector>
+
+#include "xray_registration/common/parallel.h"
 
 namespace xray_registration {
 namespace {
@@ -142,11 +143,8 @@ FloatImage referenceProjection(const AttenuationVolume& volume, const RigidTrans
       }
     }
   };
-  const int thread_count = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, camera.height);
-  std::vector<std::thread> helpers;
-  for (int i = 1; i < thread_count; ++i) helpers.emplace_back(work);
-  work();
-  for (std::thread& helper : helpers) helper.join();
+  // One call for each thread; each takes rows as it gets to them, since they cost differently.
+  parallelFor(image.height, [&work](int, int) { work(); });
   return image;
 }
 

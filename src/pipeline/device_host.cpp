@@ -56,6 +56,19 @@ void DeviceHost::open() {
 }
 
 void DeviceHost::upload(RegisteredBody* body) {
+  try {
+    uploadOnce(body);
+  } catch (const DeviceError& error) {
+    constexpr int kNotOfTheDriver = 0;
+    if (rebuilt_since_success_ || error.code() == kNotOfTheDriver) throw;
+    rebuilt_since_success_ = true;
+    log(logger_, LogLevel::kError, std::string("the device failed and is opened anew: ") + error.what());
+    uploadOnce(body);
+    rebuilt_since_success_ = false;
+  }
+}
+
+void DeviceHost::uploadOnce(RegisteredBody* body) {
   doOrFault("the CT cannot be put on the device", body, [this, body] {
     // The body gets it back when it is filled, so that none without a CT is left behind whatever is thrown.
     std::unique_ptr<Registrar> registrar = std::move(body->registrar ? body->registrar : spare_);
@@ -91,7 +104,7 @@ bool DeviceHost::rebuildAfter(const std::string& failure, RegisteredBody* body) 
   rebuilt_since_success_ = true;
   log(logger_, LogLevel::kError, "the device failed and is opened anew: " + failure);
   try {
-    upload(body);
+    uploadOnce(body);
     return true;
   } catch (const DeviceError& error) {
     fault_ = failure + "; opening the device anew failed: " + error.what();

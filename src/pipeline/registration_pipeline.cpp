@@ -246,7 +246,11 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
                                            const std::optional<RigidTransform>& T_camera_now_camera_last) {
   const Stopwatch watch;
   FrameOutcome outcome;
-  outcome.result.reason = reasonToRefuse(stamp_s, std::move(views), &outcome);
+  try {
+    outcome.result.reason = reasonToRefuse(stamp_s, std::move(views), &outcome);
+  } catch (const std::bad_alloc&) {
+    outcome.result.reason = "the frame was not looked at: out of memory";
+  }
   const bool usable = outcome.result.reason.empty();
   if (!usable || !registerOrRecover(stamp_s, T_camera_now_camera_last, &outcome)) {
     refuseBodies(outcome.result.reason, &outcome.result);
@@ -314,12 +318,18 @@ std::string RegistrationPipeline::reasonToRefuse(double stamp_s, std::vector<Raw
 std::string RegistrationPipeline::startProblem(double stamp_s, const FrameOutcome& frame) {
   const std::optional<RigidTransform> start = body_.tracker.prediction(stamp_s);
   if (!start || body_.tracker.state() != TrackingState::kWaitingForPose) return "";
-  const auto render = [this](const XrayCamera& camera, const RigidTransform& T) { return renderDrr(camera, T); };
+  bool is_drawn = true;
+  const auto render = [this, &is_drawn](const XrayCamera& camera, const RigidTransform& T) {
+    FloatImage drr = renderDrr(camera, T);
+    is_drawn = is_drawn && !drr.empty();
+    return drr;
+  };
   std::string problem;
   for (const ViewInput& view : presentViews(frame.views)) {
     const RigidTransform T_view_ct = view.T_view_first * *start;
     problem = impossibleStart(T_view_ct, body_.attenuation->grid, view.xray->camera);
     if (problem.empty()) problem = turnedStart(T_view_ct, body_.centre_ct_mm, view, render);
+    if (!is_drawn) return "";        // A device that failed says nothing of the start.
     if (problem.empty()) return "";  // A view may look past the CT, or hardly see a turn.
   }
   return problem;

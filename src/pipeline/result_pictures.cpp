@@ -1,5 +1,6 @@
 // What a RegistrationPipeline shows of its results.
 #include <algorithm>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -31,8 +32,10 @@ FloatImage RegistrationPipeline::renderDrr(const XrayCamera& camera, const Rigid
     return body_.registrar->renderDrr(camera, T_camera_ct);
   } catch (const DeviceError& error) {
     rebuildAfter(error.what());
-    return {};
+  } catch (const std::bad_alloc&) {
+    log(logger_, LogLevel::kError, "no DRR is drawn: out of memory");
   }
+  return {};
 }
 
 DrrParts RegistrationPipeline::renderParts(const ViewInput& view, const RegistrationResult& result) {
@@ -41,8 +44,10 @@ DrrParts RegistrationPipeline::renderParts(const ViewInput& view, const Registra
     return renderAll(view, result);
   } catch (const DeviceError& error) {
     rebuildAfter(error.what());
-    return {};
+  } catch (const std::bad_alloc&) {
+    log(logger_, LogLevel::kError, "no DRR is drawn: out of memory");
   }
+  return {};
 }
 
 /// Of a body that is registered by itself; null for others.

@@ -10,6 +10,7 @@
 
 #include "calibration_answer.h"
 #include "held_views.h"
+#include "xray_registration/drr/device.h"
 #include "xray_registration/pipeline/frame_latency.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/result_transforms.h"
@@ -199,6 +200,10 @@ Calibrate::Response RegistrationWorker::calibrateNow() {
     for (const ViewGeometry& view : toldGeometry(calibration_frames_.told())) T_view_first.push_back(view.T_view_first);
     answer = calibrationAnswer(parameters_.viewNames(), last_to_calibrate_, found, T_view_first);
     log(logger_, LogLevel::kInfo, "calibrated (nothing is applied): " + answer.message);
+  } catch (const DeviceError& error) {
+    const bool rebuilt = pipeline_.rebuildAfter(error.what());
+    answer.message = std::string("the device failed: ") + error.what() + (rebuilt ? " (it was opened anew)" : "");
+    updateStatistics();
   } catch (const std::exception& error) {
     answer.message = std::string("the calibration failed: ") + error.what();
     log(logger_, LogLevel::kError, answer.message);
@@ -210,19 +215,24 @@ void RegistrationWorker::publishSurfaces() {
   pipeline_.dropCt();
   if (parameters_.ct.surface_triangles == 0) return;
   if (surface_.valid()) surface_.wait();
-  surface_ = std::async(std::launch::async, [this, shapes = pipeline_.shapes()] {
-    // What stands for the CT is shown as a body: nothing is left of a CT that was shown before.
-    if (shapes.empty() || !shapes.front().name.empty()) publishers_->surface("", {});
-    for (const BodyShape& shape : shapes) {
-      if (stopping_) return;
-      try {
-        publishers_->surface(shape.name, isoSurface(*shape.volume, shape.surface_per_mm,
-                                                    static_cast<std::size_t>(parameters_.ct.surface_triangles)));
-      } catch (const std::exception& error) {
-        log(logger_, LogLevel::kWarning, "no surface of " + shape.name + ": " + error.what());
+  try {
+    surface_ = std::async(std::launch::async, [this, shapes = pipeline_.shapes()] {
+      // What stands for the CT is shown as a body: nothing is left of a CT that was shown before.
+      if (shapes.empty() || !shapes.front().name.empty()) publishers_->surface("", {});
+      for (const BodyShape& shape : shapes) {
+        if (stopping_) return;
+        try {
+          publishers_->surface(shape.name, isoSurface(*shape.volume, shape.surface_per_mm,
+                                                      static_cast<std::size_t>(parameters_.ct.surface_triangles)));
+        } catch (const std::exception& error) {
+          log(logger_, LogLevel::kWarning, "no surface of " + shape.name + ": " + error.what());
+        }
       }
-    }
-  });
+    });
+  } catch (const std::exception& error) {
+    // Memory for a thread is missing; what is registered needs no surface.
+    log(logger_, LogLevel::kWarning, std::string("the CT's surface is not made: ") + error.what());
+  }
 }
 
 void RegistrationWorker::updateStatistics() {

@@ -8,7 +8,7 @@
 
 #include "hounsfield.h"
 #include "label_sampling.h"
-#include "parallel.h"
+#include "xray_registration/common/parallel.h"
 #include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {

@@ -65,7 +65,7 @@ void checkEachSlice(const std::vector<DicomSlice>& slices, const std::string& wh
       refuse(where, name + " differs in size from " + fileName(first) + "; the series holds more than one volume");
     }
     if (!(slice.column_spacing_mm > 0.0 && slice.row_spacing_mm > 0.0)) {
-      refuse(where, name + " states a pixel spacing that is not positive");
+      refuse(where, name + " states a pixel spacing that is not positive; export the series again");
     }
     if (std::abs(slice.column_spacing_mm - first.column_spacing_mm) > 1e-4 ||
         std::abs(slice.row_spacing_mm - first.row_spacing_mm) > 1e-4) {

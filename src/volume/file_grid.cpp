@@ -17,6 +17,7 @@ constexpr double kAxesTolerance = 1e-3;
 // A body scan from head to foot is 2 m long, a scan of a finger's joint a few mm.
 constexpr double kLongest_mm = 5000.0;
 constexpr double kShortest_mm = 0.5;
+constexpr double kFinest_mm = 1e-4;  // Of a voxel: a tenth of what an X-ray microscope sees.
 
 [[noreturn]] void refuse(const std::string& path, const std::string& what) {
   throw VolumeError("'" + path + "': " + what);
@@ -71,13 +72,16 @@ void turnToLps(const std::string& letters, FileGrid* grid) {
 void checkGrid(const FileGrid& grid, const std::string& path) {
   double voxels = 1.0;
   for (const int size : grid.size) voxels *= size;
-  if (voxels > kMaxVoxels || voxels < 1.0) refuse(path, "its header states an impossible number of voxels");
+  if (voxels > kMaxVoxels || voxels < 1.0)
+    refuse(path, "its header states an impossible number of voxels: it is damaged; copy it from its source again");
   for (std::size_t i = 0; i < 3; ++i) {
     if (grid.size[i] < 2) refuse(path, "it is one voxel thin along an axis");
     if (!(grid.spacing_mm[i] > 0.0 && std::isfinite(grid.spacing_mm[i]))) {
-      refuse(path, "it states a voxel size that is not positive");
+      refuse(path, "it states a voxel size that is not positive: write it anew with the right one");
     }
-    if (!std::isfinite(grid.origin_mm[i])) refuse(path, "its origin is no number");
+    if (!std::isfinite(grid.origin_mm[i])) refuse(path, "its origin is no number: write it anew with the right one");
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       double dot = 0.0;
       for (std::size_t k = 0; k < 3; ++k) dot += grid.axes[i][k] * grid.axes[j][k];
@@ -95,10 +99,13 @@ void scaleLengths(double unit_mm, const std::string& path, FileGrid* grid) {
   for (std::size_t i = 0; i < 3; ++i) {
     longest_mm = std::max(longest_mm, grid->spacing_mm[i] * grid->size[i]);
   }
-  if (longest_mm <= kLongest_mm && longest_mm >= kShortest_mm) return;
+  const double finest_mm = *std::min_element(grid->spacing_mm.begin(), grid->spacing_mm.end());
+  const bool is_too_fine = finest_mm < kFinest_mm;
+  if (longest_mm <= kLongest_mm && longest_mm >= kShortest_mm && !is_too_fine) return;
   std::ostringstream text;
-  text << "its longest side would be " << longest_mm
-       << " mm long; say in ct/unit_mm how many millimetres the unit of its lengths has (0.001 for micrometres, 1000 "
+  text << (is_too_fine ? "its voxels would be " : "its longest side would be ")
+       << (is_too_fine ? finest_mm : longest_mm) << (is_too_fine ? " mm thin" : " mm long")
+       << "; say in ct/unit_mm how many millimetres the unit of its lengths has (0.001 for micrometres, 1000 "
           "for metres)";
   refuse(path, text.str());
 }

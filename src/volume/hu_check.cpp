@@ -27,6 +27,7 @@ struct HuRange {
 
 // Padding left out.
 HuRange rangeOf(const ValueFacts& facts, const FileRule& rule) {
+  if (!(facts.low <= facts.high)) return {facts.low, facts.high};  // There is none.
   const double a = facts.low * rule.slope + rule.intercept;
   const double b = facts.high * rule.slope + rule.intercept;
   return {std::min(a, b), std::max(a, b)};
@@ -53,7 +54,7 @@ HuDoubt doubtAboutNarrow(const HuRange& range) {
 
 HuDoubt doubtAboutRange(const FileImage<std::int16_t>& image, const FileRule& rule) {
   const HuRange range = rangeOf(image.facts, rule);
-  if (!(range.low <= range.high)) return sure("none of its voxels holds a number");
+  if (!(range.low <= range.high)) return sure("none of its voxels holds a number: it is damaged, or of another kind");
   if (range.low < -kLargestHu || range.high > kLargestHu) {
     return sure(
         inWords(range) +
@@ -157,7 +158,8 @@ HuDoubt doubtWithAir(const HuHistogram& whole, const HuHistogram& rest, std::opt
 HuDoubt doubtAbout(const FileImage<std::int16_t>& image, const FileRule& rule) {
   if (image.voxels.size() < kFewestVoxels) {
     const HuRange range = rangeOf(image.facts, rule);
-    return range.high > kLargestHu || range.low < -kLargestHu ? doubtAboutRange(image, rule) : HuDoubt{};
+    const bool is_empty = !(range.low <= range.high) && image.facts.padded == 0;
+    return is_empty || range.high > kLargestHu || range.low < -kLargestHu ? doubtAboutRange(image, rule) : HuDoubt{};
   }
   HuDoubt range = doubtAboutRange(image, rule);
   if (!range.what.empty()) return range;

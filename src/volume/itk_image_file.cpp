@@ -212,10 +212,11 @@ void checkDataFile(ImageIo* io, const std::string& path, const FileRule& rule) {
 template <typename To>
 void readMetaImage(ImageIo* io, const std::string& path, const FileRule& rule, FileImage<To>* image) {
   checkMetaImageDimensions(path);
+  // First, since it says what is wrong with a header.
+  MetaImageText text = metaImageText(path);
   io->ReadImageInformation();
   checkDataFile(io, path, rule);
   checkPixels(*io, path);
-  MetaImageText text = metaImageText(path);
   image->grid = gridOf(*io);
   image->format = "MetaImage, orientation from its matrix";
   image->warnings = std::move(text.warnings);

@@ -72,23 +72,40 @@ void checkDataFiles(const NrrdIoState& state, const std::string& path, const Fil
   checkReferred(path, dataFile(state, path), rule.directory);
 }
 
+double sizeOf(const std::string& file, const std::string& path) {
+  std::error_code error;
+  const auto size = fs::file_size(file, error);
+  if (error) refuse(path, "the file of its voxels, '" + file + "', cannot be opened: " + error.message());
+  return static_cast<double>(size);
+}
+
+// Voxels in several files, which are named one by one.
+void checkClaimOfParts(const NrrdIoState& state, const std::string& path, double bytes) {
+  if (state.dataFNFormat != nullptr) {
+    refuse(path, "its voxels lie in files that are named by a pattern; write it as one .nrrd");
+  }
+  double size = 0.0;
+  for (unsigned i = 0; i < state.dataFNArr->len; ++i) {
+    size += sizeOf((fs::path(path).parent_path() / state.dataFN[i]).string(), path);
+  }
+  constexpr double kLargestDeflateRatio = 1032.0;  // As of byte_stream.cpp.
+  if (state.encoding == nrrdEncodingGzip) size *= kLargestDeflateRatio;
+  if (size < bytes) refuse(path, "the files of its voxels are truncated or damaged: they end before the last voxel");
+}
+
 void checkClaim(const Nrrd& nrrd, const NrrdIoState& state, const std::string& path) {
   double voxels = 1.0;
   for (unsigned i = 0; i < nrrd.dim; ++i) voxels *= static_cast<double>(nrrd.axis[i].size);
   const double bytes = voxels * static_cast<double>(nrrdElementSize(&nrrd));
+  if (state.encoding == nrrdEncodingBzip2) refuse(path, "its voxels are packed with bzip2; write it with gzip");
   const std::string file = dataFile(state, path);
-  if (file.empty()) return;
-  std::error_code error;
-  const auto size = fs::file_size(file, error);
-  if (error) refuse(path, "the file of its voxels, '" + file + "', cannot be opened: " + error.message());
+  if (file.empty()) return checkClaimOfParts(state, path, bytes);
+  const double size = sizeOf(file, path);
   if (state.encoding == nrrdEncodingGzip) return checkDeflateClaim(path, file, bytes);
-  if (state.encoding == nrrdEncodingBzip2) return;
   const double before = static_cast<double>(std::max(0L, state.byteSkip));
   // As text a voxel takes a digit and a blank at least.
   const double needed = state.encoding == nrrdEncodingAscii ? 2.0 * voxels - 1.0 : before + bytes;
-  if (static_cast<double>(size) < needed) {
-    refuse(path, "the file is truncated or damaged: it ends before its last voxel");
-  }
+  if (size < needed) refuse(path, "the file is truncated or damaged: it ends before its last voxel");
 }
 
 // Millimetres of a unit that is named in a header; 0 for one that is not known.

@@ -4,7 +4,7 @@
 
 #include "mesh_readers.h"
 #include "mesh_scanline.h"
-#include "parallel.h"
+#include "xray_registration/common/parallel.h"
 #include "xray_registration/volume/surface_mesh.h"
 
 namespace xray_registration {

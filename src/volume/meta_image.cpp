@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +11,7 @@
 
 #include "byte_stream.h"
 #include "header_text.h"
+#include "xray_registration/common/log.h"
 #include "xray_registration/volume/volume_error.h"
 
 namespace xray_registration {
@@ -30,11 +32,27 @@ bool states(const std::string& path, const std::vector<std::string>& keys) {
   return !headerField(path, keys).value.empty();
 }
 
+// ITK only says that it cannot read such a file.
+void checkNumbers(const std::string& path, const std::vector<std::string>& keys, const std::string& name) {
+  std::istringstream words(headerField(path, keys).value);
+  for (std::string word; words >> word;) {
+    std::istringstream number(word);
+    number.imbue(std::locale::classic());
+    double value = 0.0;
+    if (!(number >> value) || !std::isfinite(value)) {
+      refuse(path, "it states '" + onOneLine(word) + "' as " + name + ", which is no number: write it anew");
+    }
+  }
+}
+
 void checkSpacing(const std::string& path) {
+  for (const char* key : {"elementspacing", "elementsize"}) checkNumbers(path, {key}, "its voxel size");
   std::istringstream numbers(headerField(path, {"elementspacing"}).value);
   numbers.imbue(std::locale::classic());
   for (double spacing = 0.0; numbers >> spacing;) {
-    if (!(spacing != 0.0)) refuse(path, "it states a voxel size that is not positive (ElementSpacing)");
+    if (!(spacing > 0.0)) {
+      refuse(path, "it states a voxel size that is not positive (ElementSpacing): write it anew with the right one");
+    }
   }
 }
 
@@ -93,6 +111,8 @@ MetaImageData metaImageData(const std::string& path, std::size_t bytes) {
 
 MetaImageText metaImageText(const std::string& path) {
   checkSpacing(path);
+  checkNumbers(path, {"transformmatrix", "orientation", "rotation"}, "a direction of its axes");
+  checkNumbers(path, {"offset", "position", "origin"}, "its origin");
   MetaImageText text;
   text.has_orientation = states(path, {"transformmatrix", "orientation", "rotation"});
   if (!states(path, {"elementspacing", "elementsize"})) {

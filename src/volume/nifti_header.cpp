@@ -241,8 +241,8 @@ ChosenForm chosenOfBoth(const RawHeader& raw, const Affine& sform, const Affine&
   return chosen;
 }
 
-ChosenForm chosenForm(const RawHeader& raw, const FileRule& rule, double unit_mm, const std::array<int, 3>& size,
-                      std::string* letters, std::vector<std::string>* warnings) {
+ChosenForm chosenForm(const RawHeader& raw, const FileRule& rule, const std::string& path, double unit_mm,
+                      const std::array<int, 3>& size, std::string* letters, std::vector<std::string>* warnings) {
   const auto sform = sformOf(raw);
   const auto qform = qformOf(raw);
   if (sform && qform) return chosenOfBoth(raw, *sform, *qform, unit_mm, size, warnings);
@@ -253,13 +253,19 @@ ChosenForm chosenForm(const RawHeader& raw, const FileRule& rule, double unit_mm
     return {*sform, named("sform", raw.sform_code)};
   }
   if (qform) return {*qform, named("qform", raw.qform_code)};
+  if (raw.sform_code > 0 || raw.qform_code > 0) {
+    refuse(
+        path,
+        "its sform or qform is damaged: it holds no axes. Write it anew with the right one, or set the codes of both "
+        "to 0 and say in ct/orientation how its voxels lie");
+  }
   if (!rule.orientation.empty()) *letters = rule.orientation;
   ChosenForm chosen{Affine::Zero(), "pixdim alone, as " + *letters};
   chosen.ras_from_index.leftCols<3>() = spacingOf(raw).asDiagonal();
   if (rule.orientation.empty()) {
     warnings->push_back(
-        "it does not say how its voxels lie (no usable sform or qform: their codes are " +
-        std::to_string(raw.sform_code) + " and " + std::to_string(raw.qform_code) +
+        "it does not say how its voxels lie (no sform or qform: their codes are " + std::to_string(raw.sform_code) +
+        " and " + std::to_string(raw.qform_code) +
         "). As NIfTI has it for such files, x, y and z are taken to run to the right, front and head (RAS) from the "
         "origin; if that is wrong, left may be right. ct/orientation says how they run");
   }
@@ -271,12 +277,15 @@ FileGrid gridOf(const RawHeader& raw, const FileRule& rule, const std::string& p
   FileGrid grid;
   grid.size = sizeOf(raw, path);
   const Eigen::Vector3d spacing = spacingOf(raw);
+  if (raw.pixdim[1] < 0.0 || raw.pixdim[2] < 0.0 || raw.pixdim[3] < 0.0) {
+    warnings->push_back("it states a negative voxel size (pixdim), whose sign says nothing and is not looked at");
+  }
   if (!(spacing.array() > 0.0).all() || !spacing.allFinite()) {
-    refuse(path, "it states a voxel size that is not positive (pixdim)");
+    refuse(path, "it states a voxel size that is not positive (pixdim): write it anew with the right one");
   }
   const double unit_mm = rule.unit_mm > 0.0 ? rule.unit_mm : unitOf(raw, warnings);
   std::string letters = "RAS";
-  const ChosenForm form = chosenForm(raw, rule, unit_mm, grid.size, &letters, warnings);
+  const ChosenForm form = chosenForm(raw, rule, path, unit_mm, grid.size, &letters, warnings);
   *orientation = form.name;
   for (int i = 0; i < 3; ++i) {
     const auto axis = static_cast<std::size_t>(i);

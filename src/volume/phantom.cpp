@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "parallel.h"
+#include "xray_registration/common/parallel.h"
 
 namespace xray_registration {
 namespace {

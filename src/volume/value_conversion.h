@@ -19,7 +19,7 @@ template <typename To>
 To roundedTo(double value) {
   constexpr double kLow = std::numeric_limits<To>::lowest();
   constexpr double kHigh = std::numeric_limits<To>::max();
-  const double inside = std::min(std::max(value, kLow), kHigh);
+  const double inside = std::min(std::max(kLow, value), kHigh);  // What is no number becomes the lowest.
   return static_cast<To>(inside < 0.0 ? inside - 0.5 : inside + 0.5);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 #include <type_traits>
 
@@ -206,6 +207,20 @@ void warnOfFile(const FileImage<T>& image, const std::string& path, const Logger
   }
 }
 
+// Numbers that no label has say that another image was named.
+void checkLabels(const FileImage<std::uint16_t>& image, const std::string& path) {
+  constexpr double kLargestLabel = std::numeric_limits<std::uint16_t>::max();
+  if (!(image.facts.low <= image.facts.high)) {
+    throw VolumeError("'" + path + "': none of its voxels holds a number: it is damaged, or no label image");
+  }
+  constexpr double kAir = -900.0;  // -1 and the like mark the background for some.
+  if (image.facts.low > kAir && image.facts.high <= kLargestLabel) return;
+  std::ostringstream text;
+  text << "'" << path << "': its values run from " << image.facts.low << " to " << image.facts.high
+       << "; labels are whole numbers from 0 to 65535. Is it the CT, or are other voxels marked by a number?";
+  throw VolumeError(text.str());
+}
+
 void clearEdgePadding(const std::string& path, const Logger& logger, FileImage<std::int16_t>* image) {
   const auto padding = densePaddingAtEdges(image->voxels, image->grid.size);
   if (!padding) return;
@@ -267,6 +282,7 @@ LabelVolume readLabels(const std::string& path, const VolumeReadOptions& options
   const std::string real = checkedPath(path, options.directory);
   checkLayers(real);
   FileImage<std::uint16_t> image = readLabelImage(real, options, logger);
+  checkLabels(image, path);
   warnOfFile(image, path, logger);
   LabelVolume labels;
   labels.grid = toVolumeGrid(image.grid);

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "parallel.h"
+#include "xray_registration/common/parallel.h"
 
 namespace xray_registration {
 namespace {

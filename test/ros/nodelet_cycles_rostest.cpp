@@ -39,11 +39,14 @@ TEST(NodeletCycles, LeaveNothingBehind) {
   Use before;
   for (int i = 0; i < kCycles; ++i) {
     if (i == kWarmUp) before = used();
+    // Every fifth time it opens its device, which is most of a cycle's work; the other times it finds none.
+    const bool opens_device = i % 5 == 0;
+    ros::param::set("/cycle/device", opens_device ? "auto" : "no such device");
     ASSERT_TRUE(loader.load("/cycle", "xray_registration/RegistrationNodelet", {}, {})) << "cycle " << i;
-    // Its threads serve, and every tenth time its device is open as well.
+    // Its threads serve, after the device was opened.
     std_srvs::Trigger call;
     ASSERT_TRUE(ros::service::call("/cycle/reset", call)) << "cycle " << i;
-    if (i % 10 == 0) ros::WallDuration(0.1).sleep();
+    if (opens_device) ros::WallDuration(0.1).sleep();
     ASSERT_TRUE(loader.unload("/cycle")) << "cycle " << i;
   }
   const Use after = used();

@@ -30,7 +30,8 @@ class DeviceHost {
   /// @throws DeviceError, which becomes the fault.
   void open();
 
-  /// Puts the body's CT on the device in place of the one before; opens the device when nobody did.
+  /// Puts the body's CT on the device in place of the one before; opens the device when nobody did. A device that fails
+  /// meanwhile is opened anew once.
   /// @throws DeviceError, which becomes the fault, for whatever went wrong (memory of the host included).
   void upload(RegisteredBody* body);
 
@@ -58,6 +59,7 @@ class DeviceHost {
  private:
   std::unique_ptr<Registrar> makeRegistrar(const RegistrarOptions& options);
   void close(RegisteredBody* body);
+  void uploadOnce(RegisteredBody* body);
   template <typename Work>
   void doOrFault(const std::string& what_failed, RegisteredBody* body, const Work& work);
 

@@ -153,6 +153,9 @@ class RegistrationPipeline {
   /// The engine of the fast method with the present CT on it, for who asks more than poses of it. Null without a CT or
   /// with another method; gone with the next CT, tuning, or failure of the device.
   Engine* engine();
+  /// For who was given engine(): the device failed. It is opened anew, once, and the next frame is a cold start from
+  /// the last pose; false, with the fault set, when that was done before without a success since, or does not help.
+  bool rebuildAfter(const std::string& failure);
   std::size_t deviceBytes() const { return body_.registrar ? body_.registrar->deviceBytes() : 0; }
   const NodeParameters& parameters() const { return parameters_; }
   /// The CT as it was read, until the next one is read or dropCt() is called; for the bone surface.
@@ -187,7 +190,6 @@ class RegistrationPipeline {
   RegistrationResult solve(double stamp_s, const FrameOutcome& frame,
                            const std::optional<RigidTransform>& T_camera_now_camera_last,
                            const std::vector<RigidTransform>& places);
-  bool rebuildAfter(const std::string& problem);
   std::string startSearch(double stamp_s, FrameOutcome frame, const WideSearchRange& range);
   bool registerOrRecover(double stamp_s, const std::optional<RigidTransform>& T_camera_now_camera_last,
                          FrameOutcome* outcome);

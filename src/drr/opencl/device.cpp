@@ -21,39 +21,66 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-std::vector<cl::Device> allDevices() {
+struct FoundDevices {
+  std::vector<cl::Device> devices;
+  std::string problem;  ///< Of finding them, in words; empty when there was none.
+
+  void note(const cl::Error& error) {
+    problem = std::string("; ") + error.what() + " failed with code " + std::to_string(error.err());
+  }
+};
+
+constexpr cl_int kNoPlatform = -1001;  ///< CL_PLATFORM_NOT_FOUND_KHR: the loader knows of no driver.
+
+FoundDevices allDevices() {
   useKernelCache();
+  FoundDevices all;
   std::vector<cl::Platform> platforms;
   try {
     cl::Platform::get(&platforms);
-  } catch (const cl::Error&) {
-    return {};  // The loader throws when no driver is installed.
+  } catch (const cl::Error& error) {
+    if (error.err() != kNoPlatform) all.note(error);
+    return all;
   }
-  std::vector<cl::Device> devices;
   for (const cl::Platform& platform : platforms) {
     std::vector<cl::Device> found;
     try {
       platform.getDevices(CL_DEVICE_TYPE_ALL, &found);
-    } catch (const cl::Error&) {
-      continue;  // A platform without devices.
+    } catch (const cl::Error& error) {
+      if (error.err() != CL_DEVICE_NOT_FOUND) all.note(error);
+      continue;
     }
-    devices.insert(devices.end(), found.begin(), found.end());
+    all.devices.insert(all.devices.end(), found.begin(), found.end());
   }
-  return devices;
+  return all;
 }
 
 bool isOfType(const cl::Device& device, cl_device_type type) { return (device.getInfo<CL_DEVICE_TYPE>() & type) != 0; }
 
-std::string describeDevices() {
-  const std::vector<std::string> names = listDevices();
-  if (names.empty()) return "no OpenCL device was found (install a driver, for a CPU: apt install pocl-opencl-icd)";
+std::vector<std::string> namesOf(const std::vector<cl::Device>& devices) {
+  std::vector<std::string> names;
+  for (const cl::Device& device : devices) {
+    try {
+      names.push_back(trimmed(device.getInfo<CL_DEVICE_NAME>()));
+    } catch (const cl::Error&) {
+      names.emplace_back("(a device that does not say its name)");
+    }
+  }
+  return names;
+}
+
+std::string describe(const FoundDevices& found) {
+  if (found.devices.empty()) {
+    return "no OpenCL device was found (install a driver, for a CPU: apt install pocl-opencl-icd)" + found.problem;
+  }
   std::string text = "devices:";
-  for (const std::string& name : names) text += " '" + name + "'";
-  return text;
+  for (const std::string& name : namesOf(found.devices)) text += " '" + name + "'";
+  return text + found.problem;
 }
 
 cl::Device chooseDevice(const std::string& choice) {
-  const std::vector<cl::Device> devices = allDevices();
+  const FoundDevices found = allDevices();
+  const std::vector<cl::Device>& devices = found.devices;
   const auto first_of = [&](cl_device_type type) {
     return std::find_if(devices.begin(), devices.end(), [&](const cl::Device& d) { return isOfType(d, type); });
   };
@@ -69,24 +96,20 @@ cl::Device chooseDevice(const std::string& choice) {
     });
   }
   if (chosen == devices.end()) {
-    throw DeviceError("no OpenCL device fits device '" + choice + "'; " + describeDevices(), 0);
+    throw DeviceError("no OpenCL device fits device '" + choice + "'; " + describe(found), 0);
   }
   return *chosen;
 }
 
 }  // namespace
 
-std::vector<std::string> listDevices() {
-  std::vector<std::string> names;
-  for (const cl::Device& device : allDevices()) names.push_back(trimmed(device.getInfo<CL_DEVICE_NAME>()));
-  return names;
-}
+std::vector<std::string> listDevices() { return namesOf(allDevices().devices); }
 
 Device::Device(const std::string& choice, const Logger& logger) : opencl_(std::make_unique<OpenClDevice>()) {
   const std::string cache = useKernelCache();
   if (!cache.empty()) log(logger, LogLevel::kWarning, cache);
-  opencl_->device = chooseDevice(choice);
   guarded(choice, "opening the OpenCL device", [&] {
+    opencl_->device = chooseDevice(choice);
     const cl::Device& device = opencl_->device;
     name_ = trimmed(device.getInfo<CL_DEVICE_NAME>());
     opencl_->name = name_;
@@ -111,21 +134,22 @@ void Device::finish() const {
 }
 
 cl::Program OpenClDevice::build(const std::string& source, const std::string& options) const {
-  cl::Program program(context, source);
-  try {
-    program.build({device}, options.c_str());
-  } catch (const cl::Error& error) {
+  return guarded(name, "compiling the kernels", [&] {
+    cl::Program program(context, source);
+    // Not by the C++ bindings: where they find no log, they report that instead of the failure.
+    const cl_int status = clBuildProgram(program(), 1, &device(), options.c_str(), nullptr, nullptr);
+    if (status == CL_SUCCESS) return program;
+    if (status != CL_BUILD_PROGRAM_FAILURE) throw cl::Error(status, "clBuildProgram");
     std::string build_log;
     try {
       build_log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
     } catch (const cl::Error&) {
       build_log = "(the driver gives no build log)";
     }
-    throw DeviceError("the OpenCL compiler of '" + name + "' failed with code " + std::to_string(error.err()) +
+    throw DeviceError("the OpenCL compiler of '" + name + "' failed with code " + std::to_string(status) +
                           "; build log:\n" + build_log,
-                      error.err());
-  }
-  return program;
+                      status);
+  });
 }
 
 }  // namespace xray_registration

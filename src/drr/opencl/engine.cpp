@@ -110,6 +110,10 @@ class EngineOpenCl : public Engine {
   EngineOpenCl(std::shared_ptr<Device> device, std::shared_ptr<Workbench> bench, std::shared_ptr<SpareStorage> spares)
       : device_(std::move(device)), shared_bench_(std::move(bench)), spare_xrays_(std::move(spares)) {}
 
+  ~EngineOpenCl() override { bench_.settle(); }
+  EngineOpenCl(const EngineOpenCl&) = delete;
+  EngineOpenCl& operator=(const EngineOpenCl&) = delete;
+
   void setVolume(const AttenuationVolume& volume) override {
     volume_.reset();
     volume_ = std::make_unique<OpenClVolume>(*device_, volume);
@@ -333,6 +337,7 @@ class EngineOpenCl : public Engine {
 
   const cl::Buffer& allTiles(int tiles) {
     if (tiles > all_tiles_count_) {
+      all_tiles_count_ = 0;
       const std::vector<cl_int> ones(static_cast<std::size_t>(tiles), 1);
       const std::size_t bytes = sizeof(cl_int) * ones.size();
       bench_.queue().enqueueWriteBuffer(all_tiles_.atLeast(bytes, &bench_), CL_TRUE, 0, bytes, ones.data());

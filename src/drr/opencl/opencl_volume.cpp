@@ -103,6 +103,35 @@ std::size_t wordCount(const Eigen::Vector3i& padded) {
          static_cast<std::size_t>(padded.z());
 }
 
+/// A level's words in the host's hands.
+class MappedWords {
+ public:
+  MappedWords(const cl::CommandQueue& queue, const cl::Buffer& buffer, std::size_t bytes)
+      : queue_(queue),
+        buffer_(buffer),
+        words_(static_cast<cl_uint*>(queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_WRITE, 0, bytes))) {}
+  /// Memory of the host may be missing in between.
+  ~MappedWords() {
+    try {
+      unmap();
+    } catch (const cl::Error&) {
+      // Something else has failed already.
+    }
+  }
+  MappedWords(const MappedWords&) = delete;
+  MappedWords& operator=(const MappedWords&) = delete;
+
+  cl_uint* words() const { return words_; }
+  void unmap() {
+    if (cl_uint* words = std::exchange(words_, nullptr)) queue_.enqueueUnmapMemObject(buffer_, words);
+  }
+
+ private:
+  const cl::CommandQueue& queue_;
+  const cl::Buffer& buffer_;
+  cl_uint* words_;
+};
+
 OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
   const Box box = tissueBox(volume);
   const Eigen::Vector3i padded = box.size + Eigen::Vector3i::Constant(2 * kPadding);
@@ -112,11 +141,10 @@ OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, con
   OpenClLevel level;
   level.bytes = wordCount(padded) * sizeof(cl_uint);
   level.words = cl::Buffer(opencl.context, CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR, level.bytes);
-  auto* words =
-      static_cast<cl_uint*>(opencl.upload_queue.enqueueMapBuffer(level.words, CL_TRUE, CL_MAP_WRITE, 0, level.bytes));
-  packWords(volume, box, padded, words);
-  const std::vector<cl_uchar> occupied = occupancyOf(words, padded, bricks);
-  opencl.upload_queue.enqueueUnmapMemObject(level.words, words);
+  MappedWords mapped(opencl.upload_queue, level.words, level.bytes);
+  packWords(volume, box, padded, mapped.words());
+  const std::vector<cl_uchar> occupied = occupancyOf(mapped.words(), padded, bricks);
+  mapped.unmap();
   level.occupancy = cl::Buffer(opencl.context, CL_MEM_READ_ONLY, occupied.size());
   opencl.upload_queue.enqueueWriteBuffer(level.occupancy, CL_TRUE, 0, occupied.size(), occupied.data());
   opencl.upload_queue.finish();

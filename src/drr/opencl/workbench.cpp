@@ -38,6 +38,14 @@ FastKernels& Workbench::kernels(int split) {
   });
 }
 
+void Workbench::settle() const noexcept {
+  try {
+    queue().finish();
+  } catch (const cl::Error&) {
+    // A device that is lost does not work on anything either.
+  }
+}
+
 cl::Buffer Workbench::newBuffer(std::size_t bytes) {
   ++work_.buffers;
   return cl::Buffer(device_->openCl().context, CL_MEM_READ_WRITE, bytes);
@@ -46,16 +54,18 @@ cl::Buffer Workbench::newBuffer(std::size_t bytes) {
 const cl::Buffer& GrowingBuffer::atLeast(std::size_t bytes, Workbench* bench) {
   if (bytes_ < bytes) {
     // What grows once, grows again: the size of a crop follows the pose.
-    bytes_ = std::max(bytes, bytes_ + bytes_ / 4);
+    const std::size_t wanted = std::max(bytes, bytes_ + bytes_ / 4);
+    bytes_ = 0;              // Until it is there.
     buffer_ = cl::Buffer();  // The old one is released before the new one is made.
-    buffer_ = bench->newBuffer(bytes_);
+    buffer_ = bench->newBuffer(wanted);
+    bytes_ = wanted;
   }
   return buffer_;
 }
 
 std::vector<float>& Staging::refill() {
-  if (written_() != nullptr) written_.wait();
-  written_ = cl::Event();
+  const cl::Event written = std::exchange(written_, cl::Event());
+  if (written() != nullptr) written.wait();
   return floats_;
 }
 

@@ -36,6 +36,9 @@ class Workbench {
 
   cl::Buffer newBuffer(std::size_t bytes);
 
+  /// Waits until nothing is queued, whatever the device says: before memory goes that it still reads.
+  void settle() const noexcept;
+
   template <typename... Arguments>
   void run(cl::Kernel* kernel, const LaunchRange& range, const Arguments&... arguments) {
     ++work_.launches;

@@ -20,7 +20,12 @@ XrayPixels::XrayPixels(const std::vector<ResidentXray::Level>& levels, const Flo
   const std::size_t bytes = bytesOf(cameraOf(0));
   bench->queue().enqueueWriteBuffer(storageOf(0).attenuation.atLeast(bytes, bench), CL_FALSE, 0, bytes,
                                     attenuation.pixels.data());
-  bench->queue().enqueueWriteBuffer(storage_->mask.atLeast(bytes, bench), CL_TRUE, 0, bytes, weight.pixels.data());
+  try {
+    bench->queue().enqueueWriteBuffer(storage_->mask.atLeast(bytes, bench), CL_TRUE, 0, bytes, weight.pixels.data());
+  } catch (const cl::Error&) {
+    bench->settle();  // The caller's pixels are still being read.
+    throw;
+  }
 }
 
 XrayPixels::~XrayPixels() { giveTo(&spares_->pixels, std::move(storage_)); }

@@ -1,9 +1,10 @@
-#include "volume/parallel.h"
+#include "xray_registration/common/parallel.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <fstream>
+#include <new>
 #include <vector>
 
 namespace xray_registration {
@@ -45,6 +46,19 @@ TEST(ParallelFor, WithoutMemoryForAThreadTheCallerDoesTheWork) {
   setrlimit(RLIMIT_AS, &before);
   EXPECT_EQ(touched, expected);
   EXPECT_FALSE(could_have) << "the limit is too wide to show anything";
+}
+
+TEST(ParallelFor, WhatAPartThrowsReachesTheCaller) {
+  for (const int failing : {0, 999}) {  // In the caller's own part, and in the last thread's.
+    std::vector<int> touched(1000, 0);
+    EXPECT_THROW(parallelFor(1000,
+                             [&touched, failing](int begin, int end) {
+                               for (int i = begin; i < end; ++i) ++touched[static_cast<std::size_t>(i)];
+                               if (begin <= failing && failing < end) throw std::bad_alloc();
+                             }),
+                 std::bad_alloc);
+    EXPECT_EQ(touched, std::vector<int>(1000, 1)) << "the other parts are done";
+  }
 }
 
 TEST(ParallelFor, WorksOnEveryPartOnce) {
