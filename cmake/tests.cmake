@@ -1,5 +1,8 @@
 find_package(GTest REQUIRED)
 
+# Not where rosrun looks, whose list is the tools' alone.
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
+
 # xray_test_limits(<test> <seconds>): its time, and a kernel cache of its own: PoCL's is not safe against another process
 # that writes it.
 function(xray_test_limits test seconds)

@@ -9,8 +9,6 @@ function(xray_tool_test name)
   # The devel space's folder of executables, or the build folder without ROS.
   target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_TOOLS="$<TARGET_FILE_DIR:render>")
   target_link_libraries(${target} PRIVATE ${ARGN} xray_registration_tools_common GTest::GTest GTest::Main)
-  # Not where rosrun looks.
-  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
   add_test(NAME tools.${name} COMMAND ${target})
   xray_test_limits(tools.${name} 300)
 endfunction()

@@ -138,5 +138,24 @@ TEST(LiveParameters, NumbersThatAreNoneAndUnknownWordsAreProblems) {
   EXPECT_NE(problemOf(solver).find("'nonsense'; allowed: local_normalised, "), std::string::npos) << problemOf(solver);
 }
 
+TEST(LiveParameters, WhatARequestCannotMeanIsAProblem) {
+  dynamic_reconfigure::Config known;
+  toConfig(TrackerOptions{}).__toMessage__(known);
+  EXPECT_EQ(unknownParameter({}, known), "");
+  EXPECT_EQ(unknownParameter(known, known), "");
+  dynamic_reconfigure::Config asked;
+  asked.ints.resize(1);
+  asked.ints[0].name = "frames_until_lost";
+  EXPECT_EQ(unknownParameter(asked, known), "");
+  asked.ints.push_back(asked.ints[0]);
+  EXPECT_EQ(unknownParameter(asked, known), "a parameter is given twice");
+  asked.ints[1].name = "frames";
+  EXPECT_EQ(unknownParameter(asked, known),
+            "there is no parameter 'frames'; allowed: frames_until_lost, max_prediction_gap_s, max_velocity_mm_s, "
+            "max_velocity_rad_s");
+  asked.ints[1].name = "max_velocity_mm_s";
+  EXPECT_EQ(unknownParameter(asked, known), "max_velocity_mm_s is given as a whole number; allowed: a number");
+}
+
 }  // namespace
 }  // namespace xray_registration
