@@ -31,6 +31,7 @@ string(FIND "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_SOURCE_DIR}/build/" devel_
 if(devel_inside_package EQUAL 0)
   file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/.package)
   file(RELATIVE_PATH package_from_hidden ${CMAKE_CURRENT_BINARY_DIR}/.package ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REGEX REPLACE "/$" "" package_from_hidden ${package_from_hidden})
   catkin_add_env_hooks(99.xray_registration SHELLS sh DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/cmake/env-hooks
                        SKIP_INSTALL)
 endif()

@@ -25,7 +25,7 @@ foreach(name node live sim_time stamps health two_views bodies localize nodelet_
   target_compile_definitions(${name}_rostest PRIVATE XRAY_REGISTRATION_SOURCE="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
 endforeach()
-set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process)
+set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process console)
 list(APPEND rostests hostile)
 # A sanitizer takes all the address space there is, so none can be limited (scripts/test says that it is skipped).
 if(NOT XRAY_REGISTRATION_SANITIZE)

@@ -38,6 +38,15 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
                --tools $<TARGET_FILE_DIR:calibrate> --work ${CMAKE_CURRENT_BINARY_DIR}/test_work/${name})
       xray_test_limits(tools.${name} 300)
     endforeach()
+    # Where the package's folder is the checkout, rosrun shows the devel space's tools and nothing else of it.
+    if(devel_inside_package EQUAL 0)
+      add_test(NAME tools.rosrun_list COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/rosrun_list_test.py
+               --devel ${CATKIN_DEVEL_PREFIX})
+      xray_test_limits(tools.rosrun_list 120)
+      add_test(NAME docs.readme COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/docs/readme_test.py
+               --devel ${CATKIN_DEVEL_PREFIX} --work ${CMAKE_CURRENT_BINARY_DIR}/test_work/readme)
+      xray_test_limits(docs.readme 900)
+    endif()
     add_test(NAME tools.plot_results COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/plot_results_test.py
              ${CMAKE_CURRENT_BINARY_DIR}/test_work/plot_results)
     xray_test_limits(tools.plot_results 300)
