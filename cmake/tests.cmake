@@ -76,6 +76,13 @@ xray_tests_of(registration evaluation)
 xray_tests_of(evaluation)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   xray_tests_of(pipeline volume_itk image_opencv)
+  # What docs/parameters.md is made of.
+  add_executable(parameter_facts ${CMAKE_CURRENT_SOURCE_DIR}/test/pipeline/parameter_facts.cpp)
+  target_link_libraries(parameter_facts PRIVATE xray_registration_warnings)
+  xray_link_rooms(parameter_facts pipeline volume_itk image_opencv)
+  add_test(NAME docs.parameters COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/parameters --check
+           --facts $<TARGET_FILE:parameter_facts>)
+  xray_test_limits(docs.parameters 60)
 endif()
 include(cmake/tools_tests.cmake)
 include(cmake/benchmark_tests.cmake)
@@ -91,5 +98,6 @@ add_test(NAME architecture.rooms
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/check_rooms.sh ${CMAKE_CURRENT_SOURCE_DIR})
 add_test(NAME architecture.private_headers
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/check_private_headers.py ${CMAKE_CURRENT_SOURCE_DIR})
+add_test(NAME docs.troubleshooting COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/docs/troubleshooting_test.py)
 # That the checks find what they are for.
 add_test(NAME architecture.checks COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/architecture_test.py)

@@ -23,6 +23,7 @@ NODE = '/registration'
 PARAMETERS = {
     'image': {'find_metal': False},
     'initial_pose': {'position': [0.0, 0.05, 0.82], 'orientation': [0.7071, 0.0, 0.0, 0.7071]},
+    'calibration': {'frames': 0},  # ~calibrate answers at once.
     'bodies': [{'name': 'mandible', 'label': 2, 'max_rotation': 0.1, 'max_translation': 0.01}],
 }
 # Another python3 earlier in PATH would have no ROS modules.
@@ -102,14 +103,15 @@ class Console(unittest.TestCase):
             self.assertIn(NODE + '/' + name, services)
         # With nothing asked for, which says no or does no harm; but what is switched off is switched on again.
         for service in services:
-            if service.endswith('/shutdown'):
-                continue
             kind = console('rosservice', 'type', service)
             self.assertEqual(kind.returncode, 0, service + kind.stdout)
-            called = console('rosservice', 'call', service, '{}')
+            called = console('rosservice', 'call', service, '{}', seconds=150)
             self.assertEqual(called.returncode, 0, service + called.stdout)
             self.assertNotIn('ERROR', called.stdout, service)
         console('rosservice', 'call', NODE + '/set_enabled', '{data: true}')
+        # What is logged afterwards, from places that have not been logged from yet, is still logged.
+        loggers = yaml.safe_load(console('rosservice', 'call', NODE + '/get_loggers').stdout)['loggers']
+        self.assertIn({'name': 'ros.xray_registration', 'level': 'info'}, loggers)
         answer = yaml.safe_load(console('rosservice', 'call', NODE + '/reset').stdout)
         self.assertTrue(answer['success'])
 
@@ -155,7 +157,7 @@ class Console(unittest.TestCase):
         with tempfile.TemporaryDirectory() as bare:
             for name in ('sh', 'sed', 'echo', 'tr'):
                 os.symlink(shutil.which(name), os.path.join(bare, name))
-            for package, install in ('rviz', 'rviz'), ('image_view', 'ros-image-view'):
+            for package, install in ('rviz', 'rviz'), ('image_view', 'ros-image-view libimage-view-dev'):
                 done = subprocess.run([viewer, package, package], env={'PATH': bare}, stdout=subprocess.PIPE,
                                       stderr=subprocess.STDOUT, universal_newlines=True)
                 self.assertEqual(done.returncode, 1)
