@@ -1,6 +1,7 @@
 #include "xray_registration/ros/logger_service.h"
 
 #include <ros/console.h>
+#include <ros/console_impl.h>
 #include <ros/service_manager.h>
 
 #include <array>

@@ -28,7 +28,11 @@ set -e
 . "$DEVEL/setup.bash"
 roslaunch() { command roslaunch "$@" > launched.txt 2>&1 & launched=$!; }
 rostopic() { timeout 150 /usr/bin/rostopic "$@" -n 1; }
-end_launch() { kill -INT "$launched"; wait "$launched" || true; }
+end_launch() {
+  [ -z "${launched:-}" ] || { kill -INT "$launched" || true; wait "$launched" || true; }
+  launched=
+}
+trap end_launch EXIT
 '''
 POSE = 'rostopic echo /xray_registration/pose\nend_launch\n'
 FRAMES = ['--frames', '8', '--size', '128', '--amplitude-deg', '3', '--amplitude-mm', '5']

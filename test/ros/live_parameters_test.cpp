@@ -36,6 +36,12 @@ TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   EXPECT_EQ(file.ct.model.threshold_hu, code.ct.model.threshold_hu);
   EXPECT_EQ(file.ct.surface_threshold_hu, code.ct.surface_threshold_hu);
   EXPECT_EQ(file.ct.surface_triangles, code.ct.surface_triangles);
+  EXPECT_EQ(file.registrar.setup.ct_scale, code.registrar.setup.ct_scale);
+  EXPECT_EQ(file.registrar.setup.focal_length, code.registrar.setup.focal_length);
+  EXPECT_EQ(file.registrar.setup.principal_point_px, code.registrar.setup.principal_point_px);
+  EXPECT_EQ(file.registrar.setup.view_rotation_deg, code.registrar.setup.view_rotation_deg);
+  EXPECT_EQ(file.registrar.setup.view_translation_mm, code.registrar.setup.view_translation_mm);
+  EXPECT_EQ(file.calibration_frames, code.calibration_frames);
   EXPECT_EQ(file.image.linearize.kind, code.image.linearize.kind);
   EXPECT_EQ(file.image.find.collimator, code.image.find.collimator);
   EXPECT_EQ(file.image.find.letters, code.image.find.letters);
