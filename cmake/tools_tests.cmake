@@ -39,7 +39,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
       xray_test_limits(tools.${name} 300)
     endforeach()
     # Where the package's folder is the checkout, rosrun shows the devel space's tools and nothing else of it.
-    if(devel_inside_package EQUAL 0)
+    if(devel_inside_package EQUAL 0 AND NOT XRAY_REGISTRATION_SANITIZE)
       add_test(NAME tools.rosrun_list COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/rosrun_list_test.py
                --devel ${CATKIN_DEVEL_PREFIX})
       xray_test_limits(tools.rosrun_list 120)

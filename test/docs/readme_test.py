@@ -27,7 +27,7 @@ PRELUDE = r'''
 set -e
 . "$DEVEL/setup.bash"
 roslaunch() { command roslaunch "$@" > launched.txt 2>&1 & launched=$!; }
-rostopic() { timeout 150 /usr/bin/rostopic "$@" -n 1; }
+rostopic() { timeout 150 rostopic "$@" -n 1; }
 end_launch() {
   [ -z "${launched:-}" ] || { kill -INT "$launched" || true; wait "$launched" || true; }
   launched=
@@ -100,8 +100,8 @@ yaml.safe_dump({'position': [pose['position'][k] for k in 'xyz'],
         port = free_port()
         environment = {'ROS_MASTER_URI': 'http://127.0.0.1:%d' % port, 'ROS_HOSTNAME': '127.0.0.1',
                        'ROS_LOG_DIR': os.path.join(self.work, 'log')}
-        process = subprocess.Popen(['/usr/bin/rosmaster', '--core', '-p', str(port)],
-                                   env=dict(os.environ, PATH='/usr/bin:/bin', **environment),
+        process = subprocess.Popen(['bash', '-c', '. "$DEVEL/setup.bash"; exec rosmaster --core -p %d' % port],
+                                   env=dict(os.environ, PATH='/usr/bin:/bin', DEVEL=self.devel, **environment),
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)
