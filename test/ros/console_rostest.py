@@ -36,7 +36,7 @@ def tool(package, name):
     return roslib.packages.find_node(package, name)[0]
 
 
-def console(*words, seconds=60):
+def console(*words, seconds=90):
     return subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           universal_newlines=True, timeout=seconds, env=ENVIRONMENT)
 
@@ -70,7 +70,7 @@ class Console(unittest.TestCase):
         done = threading.Event()
 
         def talk():
-            while not done.wait(3.0):
+            while not done.wait(15.0):
                 self.reset()
         thread = threading.Thread(target=talk)
         thread.start()
