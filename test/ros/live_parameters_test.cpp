@@ -41,6 +41,9 @@ TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   EXPECT_EQ(file.registrar.setup.principal_point_px, code.registrar.setup.principal_point_px);
   EXPECT_EQ(file.registrar.setup.view_rotation_deg, code.registrar.setup.view_rotation_deg);
   EXPECT_EQ(file.registrar.setup.view_translation_mm, code.registrar.setup.view_translation_mm);
+  EXPECT_EQ(file.recover, code.recover);
+  EXPECT_EQ(file.localize.nearest_mm, code.localize.nearest_mm);
+  EXPECT_EQ(file.localize.farthest_mm, code.localize.farthest_mm);
   EXPECT_EQ(file.calibration_frames, code.calibration_frames);
   EXPECT_EQ(file.image.linearize.kind, code.image.linearize.kind);
   EXPECT_EQ(file.image.find.collimator, code.image.find.collimator);
