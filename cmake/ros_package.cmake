@@ -29,6 +29,9 @@ catkin_package(
 # A devel space inside the package, as in a plain checkout, needs help with rosrun; a workspace's does not.
 string(FIND "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_SOURCE_DIR}/build/" devel_inside_package)
 if(devel_inside_package EQUAL 0)
+  file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/.package)
+  file(RELATIVE_PATH package_from_hidden ${CMAKE_CURRENT_BINARY_DIR}/.package ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REGEX REPLACE "/$" "" package_from_hidden ${package_from_hidden})
   catkin_add_env_hooks(99.xray_registration SHELLS sh DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/cmake/env-hooks
                        SKIP_INSTALL)
 endif()

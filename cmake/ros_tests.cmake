@@ -9,13 +9,15 @@ foreach(file IN LISTS files)
   target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_SOURCE="${CMAKE_CURRENT_SOURCE_DIR}")
   target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_link_libraries(${target} PRIVATE xray_registration_ros GTest::GTest GTest::Main Threads::Threads)
-  # Not where rosrun looks.
-  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
   add_test(NAME ros.${name} COMMAND ${target})
   xray_test_limits(ros.${name} 120)
 endforeach()
 
-# With a master: the programs stand where rosrun looks, since rostest starts them by their package.
+# With a master. rostest starts programs by their package: it looks through all of a plain checkout, its build folder
+# included; of a workspace it knows the package's own folders, so they stand beside the tools there.
+if(NOT devel_inside_package EQUAL 0)
+  set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
+endif()
 find_package(rostest REQUIRED)
 foreach(name node live sim_time stamps health two_views bodies localize nodelet_cycles)
   add_executable(${name}_rostest ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}_rostest.cpp)
@@ -39,7 +41,8 @@ target_compile_definitions(failing_device_rostest PRIVATE XRAY_FAILING_NODE="$<T
 target_link_libraries(failing_device_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads
                       ${CMAKE_DL_LIBS})
 add_dependencies(failing_device_rostest failing_node)
-set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process failing_device hostile)
+set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process failing_device console
+    hostile)
 # A sanitizer takes all the address space there is, so none can be limited (scripts/test says that it is skipped).
 if(NOT XRAY_REGISTRATION_SANITIZE)
   list(APPEND rostests memory)

@@ -1,5 +1,8 @@
 find_package(GTest REQUIRED)
 
+# Not where rosrun looks, whose list is the tools' alone.
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
+
 # xray_test_limits(<test> <seconds>): its time, and a kernel cache of its own: PoCL's is not safe against another process
 # that writes it.
 function(xray_test_limits test seconds)
@@ -73,6 +76,13 @@ xray_tests_of(registration evaluation)
 xray_tests_of(evaluation)
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   xray_tests_of(pipeline volume_itk image_opencv)
+  # What docs/parameters.md is made of.
+  add_executable(test_parameter_facts ${CMAKE_CURRENT_SOURCE_DIR}/test/pipeline/parameter_facts.cpp)
+  target_link_libraries(test_parameter_facts PRIVATE xray_registration_warnings)
+  xray_link_rooms(test_parameter_facts pipeline volume_itk image_opencv)
+  add_test(NAME docs.parameters COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/parameters --check
+           --facts $<TARGET_FILE:test_parameter_facts>)
+  xray_test_limits(docs.parameters 60)
 endif()
 # A layer that fails calls, between these tests and OpenCL.
 set(failing_opencl ${CMAKE_CURRENT_SOURCE_DIR}/test/drr/opencl/failing_opencl.cpp)
@@ -99,5 +109,6 @@ add_test(NAME architecture.rooms
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/check_rooms.sh ${CMAKE_CURRENT_SOURCE_DIR})
 add_test(NAME architecture.private_headers
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/check_private_headers.py ${CMAKE_CURRENT_SOURCE_DIR})
+add_test(NAME docs.troubleshooting COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/docs/troubleshooting_test.py)
 # That the checks find what they are for.
 add_test(NAME architecture.checks COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/architecture/architecture_test.py)

@@ -80,13 +80,16 @@ if(XRAY_REGISTRATION_ROS)
   xray_tool(simulator_node ROS)
   xray_tool(demo_monitor ROS)
 
-  # Draws the tools' reports; evaluate --plot looks for it where it stands itself. The source is not executable, nor is
-  # catkin_install_python used, which leaves a copy in the build folder: rosrun asks which one is meant when it finds two.
-  set(plot_results ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}/plot_results)
-  add_custom_command(OUTPUT ${plot_results} DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/scripts/plot_results
-    COMMAND install -m 755 ${CMAKE_CURRENT_SOURCE_DIR}/scripts/plot_results ${plot_results})
-  add_custom_target(plot_results ALL DEPENDS ${plot_results})
-  install(PROGRAMS scripts/plot_results DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+  # Scripts among the tools. The sources are not executable, nor is catkin_install_python used, which leaves a copy in the
+  # build folder: rosrun asks which one is meant when it finds two. plot_results draws the tools' reports (evaluate --plot
+  # looks for it where it stands itself), start_viewer is what the launch files start viewers with.
+  foreach(script plot_results start_viewer)
+    set(copy ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}/${script})
+    add_custom_command(OUTPUT ${copy} DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/scripts/${script}
+      COMMAND install -m 755 ${CMAKE_CURRENT_SOURCE_DIR}/scripts/${script} ${copy})
+    add_custom_target(${script} ALL DEPENDS ${copy})
+    install(PROGRAMS scripts/${script} DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+  endforeach()
 
   # What measures speed and accuracy takes minutes, and says nothing about memory and threads that the tests do not.
   if(NOT XRAY_REGISTRATION_SANITIZE)

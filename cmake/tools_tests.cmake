@@ -9,8 +9,6 @@ function(xray_tool_test name)
   # The devel space's folder of executables, or the build folder without ROS.
   target_compile_definitions(${target} PRIVATE XRAY_REGISTRATION_TOOLS="$<TARGET_FILE_DIR:render>")
   target_link_libraries(${target} PRIVATE ${ARGN} xray_registration_tools_common GTest::GTest GTest::Main)
-  # Not where rosrun looks.
-  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
   add_test(NAME tools.${name} COMMAND ${target})
   xray_test_limits(tools.${name} 300)
 endfunction()
@@ -40,6 +38,15 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
                --tools $<TARGET_FILE_DIR:calibrate> --work ${CMAKE_CURRENT_BINARY_DIR}/test_work/${name})
       xray_test_limits(tools.${name} 300)
     endforeach()
+    # Where the package's folder is the checkout, rosrun shows the devel space's tools and nothing else of it.
+    if(devel_inside_package EQUAL 0 AND NOT XRAY_REGISTRATION_SANITIZE)
+      add_test(NAME tools.rosrun_list COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/rosrun_list_test.py
+               --devel ${CATKIN_DEVEL_PREFIX})
+      xray_test_limits(tools.rosrun_list 120)
+      add_test(NAME docs.readme COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/docs/readme_test.py
+               --devel ${CATKIN_DEVEL_PREFIX} --work ${CMAKE_CURRENT_BINARY_DIR}/test_work/readme)
+      xray_test_limits(docs.readme 900)
+    endif()
     add_test(NAME tools.plot_results COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/plot_results_test.py
              ${CMAKE_CURRENT_BINARY_DIR}/test_work/plot_results)
     xray_test_limits(tools.plot_results 300)

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
+
+#include "xray_registration/image/image_pyramid.h"
 
 namespace xray_registration {
 namespace {
@@ -44,6 +48,20 @@ std::vector<OverlayLine> overlayLines(const DrrParts& parts, const RegistrationR
         {&parts.bodies[i], body.accepted ? colourOf(body.name, bodies) : kRefusedColour, true, !body.accepted});
   }
   return lines;
+}
+
+ViewInput forDisplay(const ViewInput& view) {
+  constexpr int kLargestSide = 800;
+  const XrayFrame& full = *view.xray;
+  const int side = std::max(full.attenuation.width, full.attenuation.height);
+  const int factor = (side + kLargestSide - 1) / kLargestSide;
+  if (factor <= 1) return view;
+  XrayFrame small;
+  small.camera = full.camera.binned(factor);
+  binImage(full.attenuation, full.mask, factor, &small.attenuation, &small.mask);
+  ViewInput shown(std::make_shared<const XrayFrame>(std::move(small)), view.T_view_first);
+  shown.name = view.name;
+  return shown;
 }
 
 }  // namespace xray_registration

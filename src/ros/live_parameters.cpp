@@ -1,6 +1,7 @@
 #include "live_parameters.h"
 
 #include <cmath>
+#include <map>
 
 namespace xray_registration {
 namespace {
@@ -61,7 +62,36 @@ std::string notANumber(const Config& config) {
   return "";
 }
 
+/// Name → kind of value.
+std::map<std::string, std::string> kindsOf(const dynamic_reconfigure::Config& message) {
+  std::map<std::string, std::string> kinds;
+  for (const auto& parameter : message.bools) kinds[parameter.name] = "true or false";
+  for (const auto& parameter : message.ints) kinds[parameter.name] = "a whole number";
+  for (const auto& parameter : message.doubles) kinds[parameter.name] = "a number";
+  for (const auto& parameter : message.strs) kinds[parameter.name] = "a text";
+  return kinds;
+}
+
+std::size_t countOf(const dynamic_reconfigure::Config& message) {
+  return message.bools.size() + message.ints.size() + message.doubles.size() + message.strs.size();
+}
+
 }  // namespace
+
+std::string unknownParameter(const dynamic_reconfigure::Config& asked, const dynamic_reconfigure::Config& known) {
+  const std::map<std::string, std::string> kinds = kindsOf(known);
+  const std::map<std::string, std::string> asked_kinds = kindsOf(asked);
+  for (const auto& [name, kind] : asked_kinds) {
+    const auto found = kinds.find(name);
+    if (found == kinds.end()) {
+      std::string allowed;
+      for (const auto& [other, unused] : kinds) allowed += (allowed.empty() ? "" : ", ") + other;
+      return "there is no parameter '" + name + "'; allowed: " + allowed;
+    }
+    if (found->second != kind) return name + " is given as " + kind + "; allowed: " + found->second;
+  }
+  return asked_kinds.size() == countOf(asked) ? "" : "a parameter is given twice";
+}
 
 std::string problemOf(const AcceptConfig& config) { return notANumber(config); }
 

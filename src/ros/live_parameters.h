@@ -1,5 +1,7 @@
 #pragma once
 
+#include <dynamic_reconfigure/Config.h>
+
 #include <string>
 
 #include "xray_registration/AcceptConfig.h"
@@ -20,6 +22,9 @@ TrackingConfig toConfig(const TrackerOptions& options);
 std::string problemOf(const AcceptConfig& config);
 std::string problemOf(const SolverConfig& config);
 std::string problemOf(const TrackingConfig& config);
+/// Why a request cannot be meant for a group of parameters, which `known` holds in full: a name that is not there, a
+/// value of another kind, or one name twice. Empty when it can.
+std::string unknownParameter(const dynamic_reconfigure::Config& asked, const dynamic_reconfigure::Config& known);
 
 void apply(const AcceptConfig& config, AcceptOptions* options);
 void apply(const SolverConfig& config, RegistrarOptions* options);

@@ -10,6 +10,7 @@
 
 #include "live_parameters.h"
 #include "localize_server.h"
+#include "tuning_server.h"
 #include "xray_registration/common/escaped.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/node_parameters.h"
@@ -300,19 +301,13 @@ void RegistrationNode::say(const std::string& error) {
 void RegistrationNode::serveTuning() {
   const auto serve = [this](auto* server, const char* group, const auto& start, auto* options) {
     using Server = typename std::remove_reference_t<decltype(**server)>;
-    *server = std::make_unique<Server>(tuning_mutex_, ros::NodeHandle(private_node_, group));
-    (*server)->setConfigDefault(start);
-    (*server)->updateConfig(start);
-    (*server)->setCallback([this, options, group](auto& config, std::uint32_t level) {
-      const boost::recursive_mutex::scoped_lock lock(tuning_mutex_);
-      if (const std::string problem = problemOf(config); !problem.empty()) {
-        config = toConfig(*options);  // All of the request is refused, and the answer holds what stays.
-        return say("~" + std::string(group) + "/set_parameters: " + problem + "; nothing was changed");
-      }
+    const auto apply_and_tell = [this, options](const auto& config) {
+      const std::lock_guard<std::mutex> lock(tuning_mutex_);
       apply(config, options);
-      // The first call only repeats what was loaded.
-      if (level != ~0U) worker_->setTuning(registrar_options_, tracker_options_);
-    });
+      worker_->setTuning(registrar_options_, tracker_options_);
+    };
+    *server = std::make_unique<Server>(ros::NodeHandle(private_node_, group), start, apply_and_tell,
+                                       [this](const std::string& why) { say(why); });
   };
   serve(&accept_server_, "accept", toConfig(registrar_options_.accept), &registrar_options_.accept);
   serve(&solver_server_, "solver", toConfig(registrar_options_), &registrar_options_);

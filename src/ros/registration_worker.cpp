@@ -29,6 +29,11 @@ double latencyOf(const std_msgs::Header& header, Clock::time_point arrived) {
   return frameLatency(!now.isZero() && !header.stamp.isZero(), now.toSec() - header.stamp.toSec(), since_arrival_s);
 }
 
+bool somethingAccepted(const RegistrationResult& result) {
+  const auto is_accepted = [](const BodyResult& body) { return body.accepted; };
+  return result.accepted || std::any_of(result.bodies.begin(), result.bodies.end(), is_accepted);
+}
+
 std::vector<NodeStatistics::Body> bodiesOf(const RegistrationStatus& message) {
   std::vector<NodeStatistics::Body> bodies;
   for (const BodyStatus& body : message.bodies) bodies.push_back({body.name, body.accepted ? "" : body.reason});
@@ -66,10 +71,15 @@ void RegistrationWorker::stop() {
 void RegistrationWorker::run() {
   FrameMailbox<FrameMessages>::Job job;
   std::optional<FrameMessages> frame;
-  while (mailbox_.take(&job, &frame)) {
+  const auto picture_due = [this]() -> std::optional<Clock::time_point> {
+    if (!picture_) return {};
+    return picture_budget_.due(picture_->frame.arrived, Clock::now());
+  };
+  while (mailbox_.take(&job, &frame, picture_due())) {
     try {
       if (job) job();
       if (frame) handle(*frame);
+      publishPictureIfDue();
     } catch (const std::exception& error) {
       // Nothing above is expected to throw; a worker that dies in silence would be worse than a wrong expectation.
       log(logger_, LogLevel::kError, std::string("internal error: ") + error.what());
@@ -120,6 +130,7 @@ std::future<RegistrationWorker::Answer> RegistrationWorker::loadCt(const std::st
 }
 
 RegistrationWorker::Answer RegistrationWorker::loadCtNow(const std::string& path, const std::string& series_uid) {
+  picture_.reset();
   const TrackingState before = pipeline_.state();
   statistics_->setState(before == TrackingState::kFault ? before : TrackingState::kWaitingForCt);
   Answer answer;
@@ -262,6 +273,7 @@ void RegistrationWorker::restart(const std::string& why) {
 
 void RegistrationWorker::restartNow(const std::string& why) {
   log(logger_, LogLevel::kWarning, why + ": the pose is forgotten, the CT is kept");
+  picture_.reset();
   pipeline_.reset();
   newest_.reset();
   publishers_->forgetStamps();
@@ -321,6 +333,7 @@ void RegistrationWorker::refuseImage(const std_msgs::Header& header, const std::
 
 void RegistrationWorker::offer(FrameMessages frame) {
   statistics_->frameReceived();
+  picture_budget_.frameCame(frame.arrived);
   frame.header.frame_id = tfFrame(frame.header.frame_id);
   if (const std::string problem = takeCameraFrame(frame.views.front()); !problem.empty()) {
     return refuse(frame.header, problem);
@@ -528,10 +541,7 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
     statistics_->frameRegistered();
     statistics_->setSuspicions(result.suspicions);
   }
-  const auto is_accepted = [](const BodyResult& body) { return body.accepted; };
-  if (result.accepted || std::any_of(result.bodies.begin(), result.bodies.end(), is_accepted)) {
-    bindCameraFrame(header.frame_id);
-  }
+  if (somethingAccepted(result)) bindCameraFrame(header.frame_id);
   // Where the camera is, is known of every frame that was looked at.
   if (result.accepted) T_fixed_camera_accepted_ = T_fixed_camera_.value();
   if (T_fixed_camera_) publishers_->sendResult(header, result, pipeline_.centreCt(), *T_fixed_camera_);
@@ -546,32 +556,54 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
   setNodeFields(statistics_->snapshot(), &message);
   statistics_->setBodies(bodiesOf(message));
   publishers_->status(message);
-  publishPictures(frame, outcome);
+  keepPicture(frame, outcome);
+}
+
+/// The pose comes first: a picture is made when no frame has to wait for it.
+void RegistrationWorker::keepPicture(const FrameMessages& frame, const FrameOutcome& outcome) {
+  picture_.reset();
+  if (!outcome.registered && !somethingAccepted(outcome.result)) return;
+  for (std::size_t i = 0; i < outcome.views.size(); ++i) {
+    if (publishers_->wantsDrr(i) || publishers_->wantsOverlay(i)) picture_ = {frame, outcome};
+  }
+}
+
+void RegistrationWorker::publishPictureIfDue() {
+  const Clock::time_point start = Clock::now();
+  if (!picture_ || picture_budget_.due(picture_->frame.arrived, start) > start) return;
+  const std::optional<Shown> shown = std::exchange(picture_, std::nullopt);
+  publishPictures(shown->frame, shown->outcome);
+  picture_budget_.made(start, Clock::now());
 }
 
 void RegistrationWorker::publishPictures(const FrameMessages& frame, const FrameOutcome& outcome) {
-  const RegistrationResult& result = outcome.result;
-  const auto is_accepted = [](const BodyResult& body) { return body.accepted; };
-  const bool something_accepted =
-      result.accepted || std::any_of(result.bodies.begin(), result.bodies.end(), is_accepted);
-  if (!outcome.registered && !something_accepted) return;
   for (std::size_t i = 0; i < outcome.views.size(); ++i) {
-    const bool wants_drr = something_accepted && publishers_->wantsDrr(i);
-    const bool wants_overlay = publishers_->wantsOverlay(i);
-    if (!outcome.views[i] || !(wants_drr || wants_overlay)) continue;
-    const ViewInput& view = *outcome.views[i];
+    if (!outcome.views[i]) continue;
     std_msgs::Header header = frame.views[i].image->header;  // The view's own: where and when it was taken.
     header.frame_id = tfFrame(header.frame_id);
     try {
-      const DrrParts parts = pipeline_.renderParts(view, result);
-      const FloatImage drr = wants_drr ? acceptedDrr(parts, result) : FloatImage();
-      if (!drr.empty()) publishers_->drr(i, header, drr);
-      const std::vector<OverlayLine> lines = overlayLines(parts, result, parameters_.bodies);
-      if (wants_overlay && !lines.empty()) publishers_->overlay(i, header, *view.xray, lines);
+      publishView(i, header, outcome);
     } catch (const std::exception& error) {
       log(logger_, LogLevel::kWarning, std::string("no picture of the result: ") + error.what());
     }
   }
+}
+
+void RegistrationWorker::publishView(std::size_t view, const std_msgs::Header& header, const FrameOutcome& outcome) {
+  const RegistrationResult& result = outcome.result;
+  const ViewInput& whole = *outcome.views[view];
+  const bool wants_drr = somethingAccepted(result) && publishers_->wantsDrr(view);
+  DrrParts parts;
+  if (wants_drr) {
+    parts = pipeline_.renderParts(whole, result);
+    const FloatImage drr = acceptedDrr(parts, result);
+    if (!drr.empty()) publishers_->drr(view, header, drr);
+  }
+  if (!publishers_->wantsOverlay(view)) return;
+  const ViewInput shown = forDisplay(whole);
+  if (!wants_drr || shown.xray != whole.xray) parts = pipeline_.renderParts(shown, result);
+  const std::vector<OverlayLine> lines = overlayLines(parts, result, parameters_.bodies);
+  if (!lines.empty()) publishers_->overlay(view, header, *shown.xray, lines);
 }
 
 }  // namespace xray_registration

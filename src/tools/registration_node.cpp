@@ -7,6 +7,8 @@
 #include <csignal>
 #include <exception>
 
+#include "xray_registration/ros/logger_service.h"
+
 namespace {
 
 /// All that a handler may touch. roscpp shuts down beside whatever runs, and a node that is just being made then waits
@@ -34,6 +36,7 @@ int sayWhyItEnds() {
 
 int run(const ros::NodeHandle& node) {
   try {
+    const xray_registration::LoggerService loggers(ros::NodeHandle("~"));
     const xray_registration::RegistrationNode registration(node, ros::NodeHandle("~"));
     spinUntilAskedToEnd();
     return 0;

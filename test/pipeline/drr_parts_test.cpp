@@ -71,5 +71,28 @@ TEST(DrrParts, ColoursOfBodiesAreNeitherTheCtsNorRed) {
   }
 }
 
+TEST(DrrParts, ALargeViewIsShownSmaller) {
+  XrayFrame frame;
+  frame.camera.width = 2000;
+  frame.camera.height = 1500;
+  frame.camera.fx = frame.camera.fy = 3000.0;
+  frame.camera.cx = 999.5;
+  frame.camera.cy = 749.5;
+  frame.attenuation = FloatImage(2000, 1500, 2.0F);
+  ViewInput view(frame);
+  view.T_view_first.translation() << 1.0, 2.0, 3.0;
+  view.name = "ap";
+  const ViewInput shown = forDisplay(view);
+  EXPECT_EQ(shown.xray->attenuation.width, 666);  // Three pixels to one.
+  EXPECT_EQ(shown.xray->attenuation.height, 500);
+  EXPECT_EQ(shown.xray->camera.width, 666);
+  EXPECT_EQ(shown.xray->attenuation.at(333, 250), 2.0F);
+  EXPECT_EQ(shown.name, "ap");
+  EXPECT_EQ(shown.T_view_first.translation(), view.T_view_first.translation());
+  // What is small already is the same picture.
+  const ViewInput small(XrayFrame{shown.xray->camera, shown.xray->attenuation, shown.xray->mask});
+  EXPECT_EQ(forDisplay(small).xray, small.xray);
+}
+
 }  // namespace
 }  // namespace xray_registration

@@ -86,5 +86,18 @@ TEST(FrameMailbox, EveryFrameIsTakenOrGivenBack) {
   EXPECT_EQ(taken + replaced, kFrames);
 }
 
+TEST(FrameMailbox, ADeadlineEndsAWait) {
+  FrameMailbox<int> mailbox;
+  FrameMailbox<int>::Job job;
+  std::optional<int> frame;
+  const auto past = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  EXPECT_TRUE(mailbox.take(&job, &frame, past));
+  EXPECT_FALSE(job);
+  EXPECT_FALSE(frame);
+  mailbox.put(7);
+  EXPECT_TRUE(mailbox.take(&job, &frame, past));  // What is there comes first.
+  EXPECT_EQ(frame, 7);
+}
+
 }  // namespace
 }  // namespace xray_registration

@@ -36,6 +36,15 @@ TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   EXPECT_EQ(file.ct.model.threshold_hu, code.ct.model.threshold_hu);
   EXPECT_EQ(file.ct.surface_threshold_hu, code.ct.surface_threshold_hu);
   EXPECT_EQ(file.ct.surface_triangles, code.ct.surface_triangles);
+  EXPECT_EQ(file.registrar.setup.ct_scale, code.registrar.setup.ct_scale);
+  EXPECT_EQ(file.registrar.setup.focal_length, code.registrar.setup.focal_length);
+  EXPECT_EQ(file.registrar.setup.principal_point_px, code.registrar.setup.principal_point_px);
+  EXPECT_EQ(file.registrar.setup.view_rotation_deg, code.registrar.setup.view_rotation_deg);
+  EXPECT_EQ(file.registrar.setup.view_translation_mm, code.registrar.setup.view_translation_mm);
+  EXPECT_EQ(file.recover, code.recover);
+  EXPECT_EQ(file.localize.nearest_mm, code.localize.nearest_mm);
+  EXPECT_EQ(file.localize.farthest_mm, code.localize.farthest_mm);
+  EXPECT_EQ(file.calibration_frames, code.calibration_frames);
   EXPECT_EQ(file.image.linearize.kind, code.image.linearize.kind);
   EXPECT_EQ(file.image.find.collimator, code.image.find.collimator);
   EXPECT_EQ(file.image.find.letters, code.image.find.letters);
@@ -136,6 +145,25 @@ TEST(LiveParameters, NumbersThatAreNoneAndUnknownWordsAreProblems) {
   solver = toConfig(RegistrarOptions{});
   solver.similarity = "nonsense";
   EXPECT_NE(problemOf(solver).find("'nonsense'; allowed: local_normalised, "), std::string::npos) << problemOf(solver);
+}
+
+TEST(LiveParameters, WhatARequestCannotMeanIsAProblem) {
+  dynamic_reconfigure::Config known;
+  toConfig(TrackerOptions{}).__toMessage__(known);
+  EXPECT_EQ(unknownParameter({}, known), "");
+  EXPECT_EQ(unknownParameter(known, known), "");
+  dynamic_reconfigure::Config asked;
+  asked.ints.resize(1);
+  asked.ints[0].name = "frames_until_lost";
+  EXPECT_EQ(unknownParameter(asked, known), "");
+  asked.ints.push_back(asked.ints[0]);
+  EXPECT_EQ(unknownParameter(asked, known), "a parameter is given twice");
+  asked.ints[1].name = "frames";
+  EXPECT_EQ(unknownParameter(asked, known),
+            "there is no parameter 'frames'; allowed: frames_until_lost, max_prediction_gap_s, max_velocity_mm_s, "
+            "max_velocity_rad_s");
+  asked.ints[1].name = "max_velocity_mm_s";
+  EXPECT_EQ(unknownParameter(asked, known), "max_velocity_mm_s is given as a whole number; allowed: a number");
 }
 
 }  // namespace

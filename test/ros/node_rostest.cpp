@@ -4,6 +4,7 @@
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <rosgraph_msgs/Log.h>
 #include <std_srvs/SetBool.h>
 #include <sys/stat.h>
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -481,6 +482,45 @@ TEST_F(Node, TuningThatIsNoneIsRefused) {
   ASSERT_EQ(words.response.config.strs.size(), 1U);
   EXPECT_EQ(words.response.config.strs[0].value, "local_normalised");
   expectAccepted(publish(scene_->pose(1)), scene_->pose(1));
+}
+
+TEST_F(Node, TuningOfWhatIsNotThereIsRefusedAndSaid) {
+  std::mutex mutex;
+  std::string said;
+  ros::NodeHandle node;
+  const ros::Subscriber log =
+      node.subscribe<rosgraph_msgs::Log>("/rosout", 100, [&](const rosgraph_msgs::LogConstPtr& line) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        said += line->msg + "\n";
+      });
+  ASSERT_TRUE(waitFor([&] { return log.getNumPublishers() > 0; }));
+  dynamic_reconfigure::Reconfigure call;
+  call.request.config.ints.resize(2);
+  call.request.config.ints[0].name = "search_poses";
+  call.request.config.ints[0].value = 7;
+  call.request.config.ints[1].name = "serch_poses";
+  call.request.config.ints[1].value = 8;
+  // Until the log is connected, what is said is lost.
+  ASSERT_TRUE(waitFor([&] {
+    EXPECT_TRUE(ros::service::call("registration/solver/set_parameters", call));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const std::lock_guard<std::mutex> lock(mutex);
+    return said.find("solver/set_parameters: there is no parameter 'serch_poses'; allowed: ") != std::string::npos;
+  })) << said;
+  for (const auto& stays : call.response.config.ints) {  // All of it or nothing.
+    if (stays.name == "search_poses") {
+      EXPECT_EQ(stays.value, 96);
+    }
+  }
+  call.request.config.ints.resize(1);
+  ASSERT_TRUE(ros::service::call("registration/solver/set_parameters", call));
+  for (const auto& taken : call.response.config.ints) {
+    if (taken.name == "search_poses") {
+      EXPECT_EQ(taken.value, 7);
+    }
+  }
+  call.request.config.ints[0].value = 96;
+  ASSERT_TRUE(ros::service::call("registration/solver/set_parameters", call));
 }
 
 TEST_F(Node, CountsWhatItCannotHold) {

@@ -25,4 +25,8 @@ FloatImage acceptedDrr(const DrrParts& parts, const RegistrationResult& result);
 std::vector<OverlayLine> overlayLines(const DrrParts& parts, const RegistrationResult& result,
                                       const std::vector<BodyParameters>& bodies);
 
+/// A view as large as is looked at: binned until no side is longer than 800 pixels. What is drawn of it costs a
+/// fraction; a smaller view is returned as it is.
+ViewInput forDisplay(const ViewInput& view);
+
 }  // namespace xray_registration

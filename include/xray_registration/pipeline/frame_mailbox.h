@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -47,12 +48,19 @@ class FrameMailbox {
     return std::exchange(frame_, std::nullopt);
   }
 
-  /// Waits for a job or a frame and takes it; jobs first, in their order. False when the mailbox was closed.
-  bool take(Job* job, std::optional<Frame>* frame) {
+  /// Waits for a job or a frame and takes it; jobs first, in their order. False when the mailbox was closed. With a
+  /// deadline neither may have come.
+  bool take(Job* job, std::optional<Frame>* frame,
+            const std::optional<std::chrono::steady_clock::time_point>& deadline = {}) {
     *job = nullptr;
     frame->reset();
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return closed_ || frame_ || !jobs_.empty(); });
+    const auto has_something = [this] { return closed_ || frame_ || !jobs_.empty(); };
+    if (deadline) {
+      changed_.wait_until(lock, *deadline, has_something);
+    } else {
+      changed_.wait(lock, has_something);
+    }
     if (closed_) return false;
     if (!jobs_.empty()) {
       *job = std::move(jobs_.front());

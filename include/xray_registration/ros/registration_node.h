@@ -1,6 +1,5 @@
 #pragma once
 
-#include <dynamic_reconfigure/server.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <image_transport/image_transport.h>
 #include <image_transport/subscriber.h>
@@ -12,9 +11,9 @@
 #include <std_srvs/Trigger.h>
 
 #include <atomic>
-#include <boost/thread/recursive_mutex.hpp>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -40,6 +39,8 @@ class DiagnosticStatusWrapper;
 namespace xray_registration {
 
 class LocalizeServer;
+template <typename Config>
+class TuningServer;
 
 /// The node's logger: rosconsole.
 Logger rosLogger();
@@ -114,12 +115,12 @@ class RegistrationNode {
   ClockWatch clock_;
   bool resubscribe_ = false;
 
-  boost::recursive_mutex tuning_mutex_;  ///< The servers' own too: they ask for this kind.
+  std::mutex tuning_mutex_;
   RegistrarOptions registrar_options_;
   TrackerOptions tracker_options_;
-  std::unique_ptr<dynamic_reconfigure::Server<AcceptConfig>> accept_server_;
-  std::unique_ptr<dynamic_reconfigure::Server<SolverConfig>> solver_server_;
-  std::unique_ptr<dynamic_reconfigure::Server<TrackingConfig>> tracking_server_;
+  std::unique_ptr<TuningServer<AcceptConfig>> accept_server_;
+  std::unique_ptr<TuningServer<SolverConfig>> solver_server_;
+  std::unique_ptr<TuningServer<TrackingConfig>> tracking_server_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
 
   std::unique_ptr<LocalizeServer> localize_server_;

@@ -14,6 +14,7 @@
 #include "xray_registration/pipeline/frame_mailbox.h"
 #include "xray_registration/pipeline/initial_pose_scope.h"
 #include "xray_registration/pipeline/node_statistics.h"
+#include "xray_registration/pipeline/picture_budget.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
 #include "xray_registration/ros/pose_requests.h"
 #include "xray_registration/ros/publishers.h"
@@ -115,7 +116,10 @@ class RegistrationWorker {
   std::string findCamera(const std_msgs::Header& header);
   FrameOutcome registerFrame(const FrameMessages& frame, const std_msgs::Header& header);
   void publishOutcome(const FrameMessages& frame, const std_msgs::Header& header, const FrameOutcome& outcome);
+  void keepPicture(const FrameMessages& frame, const FrameOutcome& outcome);
+  void publishPictureIfDue();
   void publishPictures(const FrameMessages& frame, const FrameOutcome& outcome);
+  void publishView(std::size_t view, const std_msgs::Header& header, const FrameOutcome& outcome);
   void refuse(const std_msgs::Header& header, const std::string& reason);
   void drop(const FrameMessages& frame);
   void sayUnregistered(const std_msgs::Header& header, const std::string& reason);
@@ -138,7 +142,15 @@ class RegistrationWorker {
   std::string camera_frame_;  ///< Of the newest image of the first view.
   std::string bound_frame_;   ///< Below which results stand in tf; empty: none do.
 
+  PictureBudget picture_budget_;
+
   // The worker thread's own.
+  /// What pictures are made of.
+  struct Shown {
+    FrameMessages frame;
+    FrameOutcome outcome;
+  };
+  std::optional<Shown> picture_;  ///< Of the last frame, when it is still to be made.
   RegistrationPipeline pipeline_;
   PoseRequests pose_requests_;
   std::optional<FrameMessages> newest_;  ///< With an image of the first view: what is searched in.
