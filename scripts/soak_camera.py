@@ -1,4 +1,5 @@
 """The C-arm of scripts/soak: a session that is shown again and again, with its true poses, as it is or spoilt."""
+import collections
 import copy
 import itertools
 import threading
@@ -116,8 +117,9 @@ BROKEN = [truncated, unknown_encoding, empty, huge, short_rows, black, noise, no
 class Camera:
     """Publishes a frame at a rate, in a thread of its own. What it shows is set by attributes, between two frames:
     `on`, `views` (those that are sent), `with_info`, `clock_ahead_s` (its clock against the true one), `spoil` (a
-    function of the frame's number that gives one of BROKEN, or None), `hold` (the same image again and again), and
-    `stamps` (a function of the stamp, seconds, that gives the one that is sent)."""
+    function of the frame's number that gives one of BROKEN, or None), `hold` (the same image again and again). By how
+    many seconds the stamps of the next frames lie stands in `lies`, one for each, None for one that does not lie at
+    all and 0 for one without a stamp."""
 
     def __init__(self, bag, rate):
         rospy.init_node('soak', disable_signals=True)
@@ -134,7 +136,7 @@ class Camera:
 
     def usual(self):
         self.on, self.views, self.with_info, self.hold = True, list(self.session.views), True, False
-        self.clock_ahead_s, self.spoil, self.stamps = 0.0, None, None
+        self.clock_ahead_s, self.spoil, self.lies = 0.0, None, collections.deque()
 
     def start(self):
         self.running = True
@@ -157,19 +159,21 @@ class Camera:
             time.sleep(max(0.0, begin + tick / self.rate - time.monotonic()))
             if not self.running:
                 return
+            # What is shown may be changed at any time: it is looked at once for a frame.
             if not self.hold:
                 self.index = (tick + self.offset) % len(self.session.frames)
             if self.on:
                 self.publish()
 
     def publish(self):
-        # What is shown may be changed at any time: once for a frame.
-        lie, spoil, views, with_info = self.stamps, self.spoil, self.views, self.with_info
+        spoil, views, with_info = self.spoil, self.views, self.with_info
+        lie = self.lies.popleft() if self.lies else None
         self.number += 1
         claimed_s = time.time() + self.clock_ahead_s
-        stamp = rospy.Time.from_sec(lie(claimed_s) if lie else claimed_s)
+        stamp = rospy.Time.from_sec(0.0 if lie == 0 else claimed_s + (lie or 0.0))
         change = spoil(self.number) if spoil else None
-        usable = with_info and not (change or lie or self.hold)
+        # A held image shows what is, as far as anybody can see who missed the one before it.
+        usable = with_info and change is None and lie is None
         # What was shown rightly stays right when its stamp is sent once more.
         self.shown.setdefault(stamp.to_nsec(), (self.session.T_camera_ct[self.index] if usable else None,
                                                 self.clock_ahead_s))

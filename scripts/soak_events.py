@@ -79,12 +79,10 @@ class Events:
         self.wait(3.0)
 
     def lying_stamps(self, node):
-        lies = [lambda s: 0.0, lambda s: s + 3600.0, lambda s: s - 5.0, lambda s: s + 2.0, lambda s: s - 3600.0]
-        for lie in lies:
-            self.camera.stamps = lie
-            self.wait(1.2 / self.camera.rate)  # One image, or two: too few to be believed.
-            self.camera.stamps = None
-            self.wait(0.4)
+        for lie in (0, 3600.0, -5.0, 2.0, -3600.0):
+            self.camera.lies.extend([lie] + [None] * 5)  # Three in a row would be believed.
+        while self.camera.lies and not self.stopping.is_set():
+            self.wait(0.1)
 
     def held_image(self, node):
         self.camera.hold = True

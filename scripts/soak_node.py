@@ -2,6 +2,7 @@
 import os
 import signal
 import subprocess
+import sys
 import threading
 import time
 
@@ -104,13 +105,16 @@ class Node:
                 self.twice += 1
             self.published.add(stamp)
             if truth is None:
-                self.wrong.append({'stamp_ns': stamp, 'why': 'of an image that could not be used'})
+                self.note_wrong(stamp, 'of an image that could not be used')
                 return
             mtre, inplane = error_mm(soak_camera.matrix(message.pose.pose), truth, self.centre)
             self.worst = [max(self.worst[0], mtre), max(self.worst[1], inplane)]
             if mtre > WRONG_MM[len(self.views)] or inplane > WRONG_INPLANE_MM:
-                self.wrong.append({'stamp_ns': stamp, 'seconds': self.seconds(), 'mtre_mm': mtre, 'inplane_mm': inplane,
-                                   'why': '%.2f mm off, %.2f mm in the image' % (mtre, inplane)})
+                self.note_wrong(stamp, '%.2f mm off, %.2f mm in the image' % (mtre, inplane))
+
+    def note_wrong(self, stamp, why):
+        self.wrong.append({'stamp_ns': stamp, 'seconds': self.seconds(), 'why': why})
+        print('soak: %s, %.0f s: a wrong pose was accepted: %s' % (self.name, self.seconds(), why), file=sys.stderr)
 
     # What is asked of it.
     def give_start(self, off_mm=2.0):
