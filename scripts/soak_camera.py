@@ -169,14 +169,13 @@ class Camera:
         spoil, views, with_info = self.spoil, self.views, self.with_info
         lie = self.lies.popleft() if self.lies else None
         self.number += 1
-        claimed_s = time.time() + self.clock_ahead_s
-        stamp = rospy.Time.from_sec(0.0 if lie == 0 else claimed_s + (lie or 0.0))
+        stamp = rospy.Time(nsecs=0 if lie == 0 else time.time_ns() + round(1e9 * (self.clock_ahead_s + (lie or 0.0))))
+        if lie != 0 and stamp.to_nsec() in self.shown:  # A clock that was set back meets its own stamps now and then.
+            stamp += rospy.Duration(nsecs=1)
         change = spoil(self.number) if spoil else None
         # A held image shows what is, as far as anybody can see who missed the one before it.
         usable = with_info and change is None and lie is None
-        # What was shown rightly stays right when its stamp is sent once more.
-        self.shown.setdefault(stamp.to_nsec(), (self.session.T_camera_ct[self.index] if usable else None,
-                                                self.clock_ahead_s))
+        self.shown[stamp.to_nsec()] = (self.session.T_camera_ct[self.index] if usable else None, self.clock_ahead_s)
         for view in views:
             image, info = self.session.frames[self.index][view]
             if change:
