@@ -248,6 +248,7 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
   FrameOutcome outcome;
   outcome.result.reason = reasonToRefuse(stamp_s, std::move(views), &outcome);
   const bool usable = outcome.result.reason.empty();
+  if (!usable) noteUnusable();
   if (!usable || !registerOrRecover(stamp_s, T_camera_now_camera_last, &outcome)) {
     refuseBodies(outcome.result.reason, &outcome.result);
     refuseOwn(&outcome.result);
