@@ -44,6 +44,28 @@ def in_words(name, found):
         name, found['first_third'], found['last_third'], found['unit'], found['limit'])
 
 
+def table(report):
+    """Titles and rows for the documents, of what scripts/soak wrote."""
+    rows = []
+    for name, node in sorted(report['nodes'].items()):
+        frames, grown = node['frames'], node['growth']
+        change = lambda rule, form: '%s → %s' % (form % grown[rule]['first_third'], form % grown[rule]['last_third'])
+        spread = lambda key: '%.0f ms (%.0f to %.0f)' % of_minutes([row[key] for row in node['minutes']])
+        rows.append(['%s (%s)' % (name, ', '.join(node['views'])), '%d' % frames['received'], '%d' % frames['accepted'],
+                     '%d' % frames['refused'], '%d' % frames['dropped'], '%d' % node['wrong_poses'],
+                     '%.2f mm, %.2f mm' % (node['worst_mtre_mm'], node['worst_inplane_mm']),
+                     change('rss_mib', '%.0f') + ' MiB', change('descriptors', '%d'), change('threads', '%d'),
+                     spread('latency_median_ms'), spread('latency_p99_ms')])
+    return ['node (views)', 'images', 'accepted', 'refused', 'dropped', 'wrong poses', 'farthest off: mTRE, in-plane',
+            'memory', 'descriptors', 'threads', 'median latency of a minute', 'p99 of a minute'], rows
+
+
+def of_minutes(values):
+    """Median, least and largest."""
+    known = [value for value in values if value is not None] or [float('nan')]
+    return statistics.median(known), min(known), max(known)
+
+
 class Minutes:
     """Answers by the minute: how many were accepted, refused, dropped, and how late the accepted ones were."""
 
