@@ -42,16 +42,22 @@ target_link_libraries(failing_device_rostest PRIVATE xray_registration_ros GTest
                       ${CMAKE_DL_LIBS})
 add_dependencies(failing_device_rostest failing_node)
 set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process failing_device console
-    hostile)
-# A sanitizer takes all the address space there is, so none can be limited (scripts/test says that it is skipped).
+    hostile agreement bag_loop)
+# A sanitizer takes all the address space there is, so none can be limited, and is loaded before anything that plays with
+# the clock (scripts/test says that these are skipped).
 if(NOT XRAY_REGISTRATION_SANITIZE)
-  list(APPEND rostests memory)
+  list(APPEND rostests memory clock_steps)
+  add_library(shifted_clock MODULE ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/shifted_clock.cpp)
+  target_link_libraries(shifted_clock PRIVATE xray_registration_warnings ${CMAKE_DL_LIBS})
+  # Not where rosrun looks.
+  set_target_properties(shifted_clock PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)
+  set(clock_steps_arguments clock:=${CMAKE_CURRENT_BINARY_DIR}/test/libshifted_clock.so)
 endif()
 foreach(name IN LISTS rostests)
   # Each its own kernel cache: PoCL's is not safe against another process that writes it.
   set(cache ${CMAKE_CURRENT_BINARY_DIR}/pocl_cache/rostest_${name})
   file(MAKE_DIRECTORY ${cache})
-  add_rostest(test/ros/${name}.test ARGS cache:=${cache})
+  add_rostest(test/ros/${name}.test ARGS cache:=${cache} ${${name}_arguments})
 endforeach()
 
 # $(find xray_registration) resolves through the environment that the devel space sets.

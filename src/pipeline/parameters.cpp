@@ -102,6 +102,7 @@ void readStamps(const YAML::Node& tree, StampParameters* stamps) {
   ParameterGroup group(tree, "stamps");
   group.number("max_ahead", 0.0, 60.0, &stamps->max_ahead_s);
   group.number("max_jump", 0.0, 3600.0, &stamps->max_jump_s);
+  group.number("max_late", 0.1, 3600.0, &stamps->max_late_s);
   group.integer("frames_until_new", 2, 1000, &stamps->frames_until_new);
   group.refuseUnknown();
 }

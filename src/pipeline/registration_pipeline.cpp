@@ -252,6 +252,7 @@ FrameOutcome RegistrationPipeline::process(double stamp_s, std::vector<RawView> 
     outcome.result.reason = "the frame was not looked at: out of memory";
   }
   const bool usable = outcome.result.reason.empty();
+  if (!usable) noteUnusable();
   if (!usable || !registerOrRecover(stamp_s, T_camera_now_camera_last, &outcome)) {
     refuseBodies(outcome.result.reason, &outcome.result);
     refuseOwn(&outcome.result);

@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "xray_registration/pipeline/frame_latency.h"
+
 namespace xray_registration {
 namespace {
+
+// Clocks that nobody sets drift apart by a tenth of that, so that the way here never seems to become longer by it.
+constexpr double kLargestDrift = 1e-3;
 
 double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 
@@ -71,6 +76,27 @@ std::string StampGuard::problemBesideLast(const ImageArrival& image, StampVerdic
          " more than that)";
 }
 
+/// The node's clock was set by what it is ahead of the steady one; with it, all images seem to be older.
+void StampGuard::followNodesClock(const ImageArrival& image) {
+  if (seen_ && !simulated_) least_age_s_ += seconds(image.now - seen_->now) - seconds(image.at - seen_->at);
+  seen_ = image;
+}
+
+/// An image that waited in a network that was cut is in order, but shows what was. Replays are left out, which may be
+/// slower than the clock: those in simulated time, and stamps of another clock.
+std::string StampGuard::latenessProblem(const ImageArrival& image, StampVerdict* verdict) const {
+  if (!last_ || simulated_ || least_age_s_ > kOldestLatency_s) return "";
+  const double late_s = age(image) - least_age_s_;
+  if (late_s <= parameters_.max_late_s) return "";
+  *verdict = StampVerdict::kLate;
+  return "the image is late: it came " + inSeconds(late_s) +
+         " later after its stamp than others did (stamps/max_late "
+         "allows " +
+         inSeconds(parameters_.max_late_s) +
+         "); it waited on the way here, or the camera's clock was set "
+         "back while no images came: then call ~reset";
+}
+
 /// Whether this image makes a run of outlying ones long enough to be believed.
 bool StampGuard::endsRun(const ImageArrival& image) {
   const int before = run_ && follows(image, run_->last) ? run_->count : 0;
@@ -80,6 +106,7 @@ bool StampGuard::endsRun(const ImageArrival& image) {
 
 StampJudgement StampGuard::judge(const ImageArrival& image) {
   StampJudgement judgement;
+  followNodesClock(image);
   judgement.problem = problemByItself(image, &judgement.verdict);
   if (!judgement.problem.empty()) return judgement;
   judgement.problem = problemBesideLast(image, &judgement.verdict);
@@ -87,9 +114,13 @@ StampJudgement StampGuard::judge(const ImageArrival& image) {
     if (!endsRun(image)) return judgement;
     const bool again = simulated_ && image.stamp <= last_->stamp;
     judgement = {again ? StampVerdict::kRecordingAgain : StampVerdict::kClockSet, ""};
+  } else {
+    judgement.problem = latenessProblem(image, &judgement.verdict);
+    if (!judgement.problem.empty()) return judgement;
   }
   const bool same_clock = last_ && judgement.verdict == StampVerdict::kNext;
-  least_age_s_ = same_clock ? std::min(least_age_s_, age(image)) : age(image);
+  least_age_s_ =
+      same_clock ? std::min(least_age_s_ + kLargestDrift * secondsPassed(*last_, image), age(image)) : age(image);
   last_ = image;
   run_.reset();
   return judgement;

@@ -139,15 +139,19 @@ void RegistrationNode::subscribe() {
   image_subscribers_.clear();
   info_subscribers_.clear();
   image_transport::ImageTransport transport(image_node_);
-  const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(),
-                                              private_node_);
+  // Both at once: with Nagle's algorithm a camera_info waits for the answer to the one before it, on a slow link longer
+  // than an image waits for its camera_info.
+  const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
+  const image_transport::TransportHints hints(parameters_.image_transport, at_once, private_node_);
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     info_subscribers_.push_back(image_node_.subscribe<sensor_msgs::CameraInfo>(
-        inputs_[i].info_topic, kInfoQueueSize, [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
+        inputs_[i].info_topic, kInfoQueueSize,
+        [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
           ++inputs_[i].infos;
           followClock();
           synchroniser_.addInfo(i, info);
-        }));
+        },
+        ros::VoidConstPtr(), at_once));
     image_subscribers_.push_back(transport.subscribe(
         inputs_[i].image_topic, kQueueSize, [this, i](const sensor_msgs::ImageConstPtr& image) { takeImage(i, image); },
         ros::VoidPtr(), hints));

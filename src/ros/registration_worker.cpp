@@ -420,10 +420,7 @@ void RegistrationWorker::handle(const FrameMessages& frame) {
   // Asked again: another frame may have been accepted since this one came.
   if (const std::string problem = takeCameraFrame(frame.views.front()); !problem.empty())
     return refuse(header, problem);
-  const FrameOutcome outcome = registerFrame(frame, header);
-  // A held image is only nothing new: it counts by the time for which it is held.
-  if (!outcome.registered && heldProblem(frame).empty()) pipeline_.noteUnusable();
-  publishOutcome(frame, header, outcome);
+  publishOutcome(frame, header, registerFrame(frame, header));
 }
 
 std::string RegistrationWorker::heldProblem(const FrameMessages& frame) const {
@@ -495,12 +492,18 @@ FrameOutcome RegistrationWorker::registerFrame(const FrameMessages& frame, const
   refused.result.reason = resolvePose(header);
   if (refused.result.reason.empty() && canRegister(header)) {
     refused.result.reason = heldProblem(frame);
-    // What was held for too long says nothing of where the CT is now.
-    const bool held = !refused.result.reason.empty();
-    if (held && longestHeld(frame) > parameters_.health.hold_timeout_s) loseTrack(refused.result.reason);
+    if (!refused.result.reason.empty()) {
+      // A held image is only nothing new: it counts by the time for which it is held. For too long it says nothing of
+      // where the CT is now.
+      if (longestHeld(frame) > parameters_.health.hold_timeout_s) loseTrack(refused.result.reason);
+      return refused;
+    }
   }
   if (refused.result.reason.empty()) refused.result.reason = findCamera(header);
-  if (!refused.result.reason.empty()) return refused;
+  if (!refused.result.reason.empty()) {
+    pipeline_.noteUnusable();
+    return refused;
+  }
   std::optional<RigidTransform> T_camera_now_camera_last;
   if (!parameters_.frames.fixed.empty() && T_fixed_camera_ && pipeline_.lastAcceptedStamp()) {
     T_camera_now_camera_last = T_fixed_camera_->inverse() * T_fixed_camera_accepted_;

@@ -7,7 +7,7 @@
 
 namespace xray_registration {
 
-Transforms::Transforms() : listener_(buffer_) {}
+Transforms::Transforms() : listener_(buffer_, true, ros::TransportHints().tcpNoDelay()) {}
 
 std::optional<RigidTransform> Transforms::lookup(const std::string& target, const std::string& source,
                                                  const ros::Time& stamp, double timeout_s, std::string* why) const {

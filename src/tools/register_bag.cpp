@@ -94,8 +94,12 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
 FrameOutcome registered(const BagSession& session, const BagFrame& frame, FrameFilter* filter,
                         RegistrationPipeline* pipeline) {
   FrameOutcome outcome;
-  outcome.result.reason = filter->problem(frame);
-  if (outcome.result.reason.empty()) return pipeline->process(frame.stamp.toSec(), rawViews(session, frame));
+  outcome.result.reason = filter->problem(frame, pipeline);
+  if (outcome.result.reason.empty()) {
+    outcome = pipeline->process(frame.stamp.toSec(), rawViews(session, frame));
+    if (outcome.registered) filter->noteLookedAt(frame.stamp);
+    return outcome;
+  }
   outcome.state = pipeline->state();
   for (const FollowedBodyInfo& body : pipeline->followedBodies()) {
     outcome.result.bodies.emplace_back().name = body.name;

@@ -40,7 +40,7 @@ image: {kind: inverted, find_metal: false, masks: {oblique: b.png},
   undistortion_map: all.yaml, undistortion_maps: {oblique: b.yaml}}
 views: [ap, oblique]
 sync: {tolerance: 0.5, allow_missing_view: true}
-stamps: {max_ahead: 0.1, max_jump: 3, frames_until_new: 5}
+stamps: {max_ahead: 0.1, max_jump: 3, max_late: 2, frames_until_new: 5}
 health: {hold_timeout: 0}
 device: gpu
 method: paper
@@ -66,6 +66,7 @@ tracking: {frames_until_lost: 2})");
   EXPECT_TRUE(parameters.frames.allow_change);
   EXPECT_EQ(parameters.stamps.max_ahead_s, 0.1);
   EXPECT_EQ(parameters.stamps.max_jump_s, 3.0);
+  EXPECT_EQ(parameters.stamps.max_late_s, 2.0);
   EXPECT_EQ(parameters.stamps.frames_until_new, 5);
   EXPECT_EQ(parameters.health.hold_timeout_s, 0.0);
   ASSERT_TRUE(parameters.initial_pose);
@@ -126,6 +127,7 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
       {"{tracking: {frames_until_lost: -1}}", {"tracking/frames_until_lost", "-1"}},
       {"{stamps: {max_ahead: -1}}", {"stamps/max_ahead", "-1", "0 to 60"}},
       {"{stamps: {max_jump: long}}", {"stamps/max_jump", "long", "number"}},
+      {"{stamps: {max_late: 0}}", {"stamps/max_late", "0", "0.1 to 3600"}},
       {"{stamps: {frames_until_new: 1}}", {"stamps/frames_until_new", "1", "2 to 1000"}},
       {"{frames: {allow_change: 2}}", {"frames/allow_change", "2", "true or false"}},
       {"{health: {hold_timeout: .nan}}", {"health/hold_timeout", "nan"}},

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <string>
 #include <vector>
 
 namespace xray_registration {
@@ -108,16 +109,57 @@ TEST(StampGuard, PauseIsNoJump) {
 }
 
 // A network that was cut for 3 s hands on what it kept, and what is too much for a queue is gone.
-TEST(StampGuard, ImagesThatWaitedTogetherAreInOrder) {
+TEST(StampGuard, ImagesThatWaitedTogetherAreLateUntilTheyAreFresh) {
   Stream stream;
   stream.live();
   const nanoseconds cut = stream.now;
   stream.now += 3s;
   stream.at += 3s;
-  EXPECT_EQ(stream.image(cut + 100ms), StampVerdict::kNext);
-  EXPECT_EQ(stream.image(cut + 2800ms), StampVerdict::kNext);
-  EXPECT_EQ(stream.image(cut + 2700ms), StampVerdict::kBack);
+  const StampJudgement late = stream.judge(cut + 100ms);
+  EXPECT_EQ(late.verdict, StampVerdict::kLate);
+  EXPECT_NE(late.problem.find("3.0 s later"), std::string::npos) << late.problem;
+  EXPECT_EQ(stream.image(cut + 200ms), StampVerdict::kLate);
+  EXPECT_EQ(stream.image(cut + 2400ms), StampVerdict::kNext);  // 0.9 s old.
+  EXPECT_EQ(stream.image(cut + 2300ms), StampVerdict::kBack);
   EXPECT_EQ(stream.live(), StampVerdict::kNext);
+}
+
+// However many they are, and however steadily they come: a queue that is full all the time.
+TEST(StampGuard, LateImagesAreNeverTheNewOnes) {
+  Stream stream;
+  stream.live();
+  stream.now += 6s;
+  stream.at += 6s;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(stream.behind(5s), StampVerdict::kLate);
+  EXPECT_EQ(stream.live(), StampVerdict::kNext);
+}
+
+TEST(StampGuard, LateIsMeasuredAgainstTheCamerasOwnClock) {
+  Stream stream;
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(stream.behind(20s), StampVerdict::kNext);
+  stream.now += 3s;
+  stream.at += 3s;
+  EXPECT_EQ(stream.behind(22s), StampVerdict::kLate);
+  EXPECT_EQ(stream.behind(20500ms), StampVerdict::kNext);
+}
+
+// Nobody sets the camera's clock, which loses 17 s a day.
+TEST(StampGuard, DriftIsNotLate) {
+  Stream stream;
+  nanoseconds lost = 0s;
+  for (int minute = 0; minute < 24 * 60; ++minute) {
+    stream.now += 60s;
+    stream.at += 60s;
+    ASSERT_EQ(stream.behind(lost += 12ms), StampVerdict::kNext) << minute;
+  }
+}
+
+// A bag that is played at half its speed: without --clock, and with it.
+TEST(StampGuard, SlowReplayIsNotLate) {
+  for (const bool simulated : {false, true}) {
+    Stream stream(simulated);
+    for (int i = 0; i < 100; ++i) EXPECT_EQ(stream.image((simulated ? 990s : 20s) + i * 50ms), StampVerdict::kNext);
+  }
 }
 
 TEST(StampGuard, ConsistentRunIsANewRecordingInSimulatedTimeAlone) {

@@ -55,6 +55,7 @@ TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   EXPECT_EQ(file.sync.tolerance_s, code.sync.tolerance_s);
   EXPECT_EQ(file.stamps.max_ahead_s, code.stamps.max_ahead_s);
   EXPECT_EQ(file.stamps.max_jump_s, code.stamps.max_jump_s);
+  EXPECT_EQ(file.stamps.max_late_s, code.stamps.max_late_s);
   EXPECT_EQ(file.stamps.frames_until_new, code.stamps.frames_until_new);
   EXPECT_EQ(file.health.hold_timeout_s, code.health.hold_timeout_s);
   EXPECT_EQ(file.health.image_age_warn_s, code.health.image_age_warn_s);

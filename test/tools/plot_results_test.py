@@ -116,6 +116,16 @@ class PlotResults(unittest.TestCase):
         self.is_picture(self.work('growth.png'), b'\x89PNG\r\n\x1a\n')
         self.assertIn('--growth', self.plot('growth', self.work('none.png'), self.work('no.json', {'rows': []}), expect=1))
 
+    def test_soak(self):
+        minute = {'accepted': 800, 'refused': 50, 'dropped': 50, 'latency_median_ms': 20.0, 'latency_p99_ms': 90.0}
+        silent = dict(minute, accepted=0, latency_median_ms=None, latency_p99_ms=None)
+        node = {'samples': {'seconds': [1, 2, 3], 'rss_mib': [300, 301, 301], 'descriptors': [20, 21, 20],
+                            'threads': [16, 16, 16]}, 'minutes': [minute, silent, minute]}
+        made = {'minutes': 3, 'rate': 15, 'events': {'forget': 2}, 'failures': [], 'nodes': {'one': node, 'two': node}}
+        self.plot('soak', self.work('soak.png'), self.work('soak.json', made))
+        self.is_picture(self.work('soak.png'), b'\x89PNG\r\n\x1a\n')
+        self.assertIn("no 'nodes'", self.plot('soak', self.work('a.png'), self.work('no.json', {}), expect=1))
+
     def test_refuses_in_one_line(self):
         whole = self.work('whole.json', report(MIXED))
         self.assertIn('none.json', self.plot('evaluation', self.work('a.png'), self.work('none.json'), expect=1))

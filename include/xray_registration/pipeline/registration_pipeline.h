@@ -118,7 +118,7 @@ class RegistrationPipeline {
   FrameOutcome finishSearch(const std::function<bool()>& is_wanted = {});
   void dropSearch();
 
-  /// A frame that never came to process() counts as a refused one.
+  /// A frame that could not be used and never came to process() counts as a refused one, as one does there.
   void noteUnusable();
   /// Nothing was seen for too long: what is tracked is lost, and the next frame is a cold start from the last pose.
   void loseTrack();

@@ -10,6 +10,7 @@ namespace xray_registration {
 struct StampParameters {
   double max_ahead_s = 0.5;  ///< max_ahead: how far a stamp may be ahead of the node's clock.
   double max_jump_s = 1.0;   ///< max_jump: how far one may run ahead of the time that has passed.
+  double max_late_s = 1.0;   ///< max_late: how much older than others an image may be when it comes.
   int frames_until_new = 3;  ///< So many outlying stamps in a row, consistent with each other, are the new ones.
 };
 
@@ -30,6 +31,7 @@ enum class StampVerdict {
   kRepeated,        ///< Refused: the last one's.
   kBack,            ///< Refused: older than the last one.
   kJumped,          ///< Refused: further on than the time that has passed.
+  kLate,            ///< Refused: it waited on the way; where the CT is now it does not say.
 };
 
 struct StampJudgement {
@@ -62,11 +64,14 @@ class StampGuard {
   bool follows(const ImageArrival& image, const ImageArrival& before) const;
   bool followsLast(const ImageArrival& image) const;
   bool endsRun(const ImageArrival& image);
+  void followNodesClock(const ImageArrival& image);
+  std::string latenessProblem(const ImageArrival& image, StampVerdict* verdict) const;
 
   StampParameters parameters_;
   bool simulated_;
   std::optional<ImageArrival> last_;  ///< That was taken.
   double least_age_s_ = 0.0;          ///< Of those taken since the clock was set: how long the way here takes.
+  std::optional<ImageArrival> seen_;  ///< The last one, whatever became of it.
   std::optional<Run> run_;            ///< Of refused ones, since the last that was taken.
 };
 
