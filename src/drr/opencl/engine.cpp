@@ -396,10 +396,15 @@ class EngineOpenCl : public Engine {
       const cl::Buffer& drawn = draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
       std::vector<FloatImage> images(count * T_camera_ct.size(), FloatImage(camera.width, camera.height));
       const std::size_t bytes = sizeof(float) * images.front().pixels.size();
-      for (std::size_t i = 0; i < images.size(); ++i) {
-        bench_.queue().enqueueReadBuffer(drawn, CL_FALSE, i * bytes, bytes, images[i].pixels.data());
+      try {
+        for (std::size_t i = 0; i < images.size(); ++i) {
+          bench_.queue().enqueueReadBuffer(drawn, CL_FALSE, i * bytes, bytes, images[i].pixels.data());
+        }
+        bench_.queue().finish();
+      } catch (const cl::Error&) {
+        bench_.settle();  // The images are still being written.
+        throw;
       }
-      bench_.queue().finish();
       return images;
     });
   }
