@@ -17,13 +17,14 @@ endforeach()
 
 # With a master: the programs stand where rosrun looks, since rostest starts them by their package.
 find_package(rostest REQUIRED)
-foreach(name node live sim_time stamps health two_views bodies localize nodelet_cycles)
+foreach(name node live sim_time stamps health two_views bodies localize nodelet_cycles landmarks hand)
   add_executable(${name}_rostest ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}_rostest.cpp)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_warnings)
   target_compile_definitions(${name}_rostest PRIVATE XRAY_REGISTRATION_SOURCE="${CMAKE_CURRENT_SOURCE_DIR}")
+  target_include_directories(${name}_rostest PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
 endforeach()
-set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process)
+set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process landmarks hand)
 list(APPEND rostests hostile)
 # A sanitizer takes all the address space there is, so none can be limited (scripts/test says that it is skipped).
 if(NOT XRAY_REGISTRATION_SANITIZE)
