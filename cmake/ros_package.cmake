@@ -7,8 +7,9 @@ endif()
 set(CATKIN_ENABLE_TESTING ${XRAY_REGISTRATION_TESTS} CACHE BOOL "catkin's test targets")
 
 set(xray_catkin_components
-  actionlib actionlib_msgs diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport nodelet
-  pluginlib rosbag roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros visualization_msgs)
+  actionlib actionlib_msgs diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
+  interactive_markers nodelet pluginlib rosbag roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros
+  visualization_msgs)
 find_package(catkin REQUIRED COMPONENTS message_generation ${xray_catkin_components})
 find_package(yaml-cpp REQUIRED)
 

@@ -19,10 +19,11 @@ if(NOT devel_inside_package EQUAL 0)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
 endif()
 find_package(rostest REQUIRED)
-foreach(name node live sim_time stamps health two_views bodies localize nodelet_cycles)
+foreach(name node live sim_time stamps health two_views bodies localize nodelet_cycles landmarks hand)
   add_executable(${name}_rostest ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}_rostest.cpp)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_warnings)
   target_compile_definitions(${name}_rostest PRIVATE XRAY_REGISTRATION_SOURCE="${CMAKE_CURRENT_SOURCE_DIR}")
+  target_include_directories(${name}_rostest PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_link_libraries(${name}_rostest PRIVATE xray_registration_ros GTest::GTest Threads::Threads)
 endforeach()
 # The node with the layer that fails calls of OpenCL in it, and the test that tells it which.
@@ -42,7 +43,7 @@ target_link_libraries(failing_device_rostest PRIVATE xray_registration_ros GTest
                       ${CMAKE_DL_LIBS})
 add_dependencies(failing_device_rostest failing_node)
 set(rostests node nodelet live sim_time stamps health two_views bodies localize nodelet_cycles process failing_device console
-    hostile agreement bag_loop)
+    hostile agreement bag_loop landmarks hand)
 # A sanitizer takes all the address space there is, so none can be limited, and is loaded before anything that plays with
 # the clock (scripts/test says that these are skipped).
 if(NOT XRAY_REGISTRATION_SANITIZE)

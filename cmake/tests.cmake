@@ -63,7 +63,7 @@ endfunction()
 
 # Tests that need ITK or OpenCV, and those of what stands on the pipeline.
 set(XRAY_FULL_CORE_TESTS volume_io impossible_files nifti_files nrrd_meta_files dicom_values hu_values hard_cts segment_names bone_surface xray_frame mask undistortion_map calibration_grid xray_image_file
-    undistorted_registration trials wrong_input landmark_pose)
+    undistorted_registration trials wrong_input landmark_pose landmark_place straight_pixel)
 # Those of X-rays in DICOM (test/image/dicom).
 set(XRAY_DICOM_TESTS dicom_geometry facts loop_x pixel_meaning positioner shutter_mask xray_dicom)
 

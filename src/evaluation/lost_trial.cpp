@@ -17,12 +17,10 @@ std::vector<RawView> blackViews(const EvaluationFrame& frame) {
   return views;
 }
 
-/// As the node does it: what could not be looked at counts as refused.
 FrameOutcome offer(RegistrationPipeline* pipeline, double stamp_s, const std::vector<RawView>& views,
                    const std::optional<RigidTransform>& T_camera_now_camera_last = std::nullopt) {
   FrameOutcome outcome = pipeline->process(stamp_s, views, T_camera_now_camera_last);
   if (outcome.state == TrackingState::kFault) throw DeviceError("the device failed: " + pipeline->fault(), 0);
-  if (!outcome.registered) pipeline->noteUnusable();
   return outcome;
 }
 

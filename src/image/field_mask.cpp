@@ -223,6 +223,15 @@ Contour searchField(const cv::Mat& attenuation, float threshold) {
   return about_bright.score > about_middle.score ? about_bright : about_middle;
 }
 
+/// With what is drawn around the field as dark as a shutter, behind which nothing is brighter.
+cv::Mat darkenedOutside(const cv::Mat& attenuation, const cv::Mat& field) {
+  cv::Mat result = attenuation.clone();
+  double dark = 0.0;
+  cv::minMaxLoc(attenuation, nullptr, &dark, nullptr, nullptr, field);
+  result.setTo(dark, field == 0);
+  return result;
+}
+
 /// Keeps what lies inside; one pixel of the searched copy is left to the penumbra.
 void drawContour(const Contour& contour, int factor, cv::Mat* mask) {
   constexpr int kShift = 4;
@@ -303,8 +312,13 @@ MaskImage fieldMask(const FloatImage& attenuation) {
   const cv::Mat image = mask_detail::view(attenuation);
   cv::Mat mask = mask_detail::view(result);
   const int factor = mask_detail::factorFor(image.size(), kLongestSide);
-  const cv::Mat small = mask_detail::shrunk(image, factor);
+  cv::Mat small = mask_detail::shrunk(image, factor);
   const auto threshold = static_cast<float>(stepThreshold(small));
+  const cv::Mat drawn = mask_detail::drawnField(image, small, factor);
+  if (!drawn.empty()) {
+    mask.setTo(0, mask_detail::grown(drawn, factor, mask.size()) == 0);
+    small = darkenedOutside(small, drawn);
+  }
   const Contour contour = searchField(small, threshold);
   if (contour.score > 0.0F) drawContour(contour, factor, &mask);
   dropFrame(image, threshold, &mask);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "image/mask_common.h"
+#include "xray_registration/image/metal_memory.h"
 
 namespace xray_registration {
 namespace {
@@ -22,9 +23,32 @@ void checkSize(const char* name, const MaskImage& mask, const FloatImage& image)
                    " pixels, the image " + std::to_string(image.width) + " × " + std::to_string(image.height));
 }
 
+/// How long metal that was found counts: a rod may be behind dense bone for a while.
+constexpr std::uint8_t kRememberedFrames = 10;
+
+/// What is metal in this frame, with what is known from those before, and remembers it.
+cv::Mat steadyMetal(const mask_detail::SearchCopy& copy, const MaskImage& field, MetalMemory* memory) {
+  if (memory == nullptr) return mask_detail::metalIn(copy, field);
+  const cv::Size size = copy.fine().size();
+  MaskImage& left = memory->frames_left;
+  if (left.width != size.width || left.height != size.height) left = MaskImage(size.width, size.height, 0);
+  cv::Mat known = mask_detail::view(left);
+  cv::Mat found = mask_detail::metalIn(copy, field, known);
+  for (std::size_t i = 0; i < left.pixels.size(); ++i) {
+    const bool is_metal = !found.empty() && found.data[i] != 0;
+    std::uint8_t& frames = left.pixels[i];
+    frames = is_metal ? kRememberedFrames : static_cast<std::uint8_t>(frames - (frames > 0 ? 1 : 0));
+  }
+  return found;
+}
+
 }  // namespace
 
 void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& user) {
+  maskFrame(frame, options, user, nullptr);
+}
+
+void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& user, MetalMemory* metal) {
   if (!user.empty()) checkSize("the mask image (image/mask)", user, frame->attenuation);
   if (frame->mask.empty()) frame->mask = MaskImage(frame->attenuation.width, frame->attenuation.height, 255);
   checkSize("the frame's mask", frame->mask, frame->attenuation);
@@ -34,7 +58,7 @@ void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& us
   if (options.letters || options.metal) {
     const mask_detail::SearchCopy copy(frame->attenuation);
     if (options.letters) mask_detail::leaveOut(mask_detail::lettersIn(copy, field), copy.factor(), &frame->mask);
-    if (options.metal) mask_detail::leaveOut(mask_detail::metalIn(copy, field), copy.factor(), &frame->mask);
+    if (options.metal) mask_detail::leaveOut(steadyMetal(copy, field, metal), copy.factor(), &frame->mask);
   }
   if (!user.empty()) intersect(user, &frame->mask);
 }

@@ -61,9 +61,14 @@ class SearchCopy {
   cv::Mat fine_;
 };
 
+/// The field inside of what a device has drawn around it, in whatever value, on the copy `small` of `image`: not zero.
+/// Empty when nothing was drawn.
+cv::Mat drawnField(const cv::Mat& image, const cv::Mat& small, int factor);
+
 /// The searches of mask.h: what is found on the copy, not zero; of the copy's size, or empty when there is nothing.
+/// `known`: of the copy's size, not zero where metal was before; may be empty.
 cv::Mat lettersIn(const SearchCopy& copy, const MaskImage& field);
-cv::Mat metalIn(const SearchCopy& copy, const MaskImage& field);
+cv::Mat metalIn(const SearchCopy& copy, const MaskImage& field, const cv::Mat& known = {});
 
 }  // namespace mask_detail
 }  // namespace xray_registration

@@ -31,6 +31,8 @@ constexpr std::array<float, 2> kFineLevels{0.35F, 0.8F};
 constexpr float kSmallestStep = 0.3F;  ///< Nepers, over six pixels.
 constexpr float kSharpness = 0.78F;    ///< Least share of the step that lies in two pixels.
 constexpr double kSharpOutline = 0.8;  ///< Least share of the outline that is sharp.
+constexpr double kKnownOutline = 0.5;  ///< The same where most of the region was metal a few frames ago.
+constexpr double kKnownShare = 0.5;    ///< Least share of the region for that.
 constexpr double kAlongField = 0.3;    ///< Largest share of the outline that lies along the field's edge.
 constexpr float kThinLevel = 0.35F;
 constexpr int kThinArea = 40;
@@ -110,10 +112,12 @@ struct Copy {
   cv::Mat noise;
   cv::Mat sharp;
   cv::Mat field_edge;  ///< Near what lies outside of the field.
+  cv::Mat known;       ///< Not zero where metal was before; may be empty.
 };
 
-Copy prepared(const cv::Mat& attenuation, const cv::Mat& field) {
+Copy prepared(const cv::Mat& attenuation, const cv::Mat& field, const cv::Mat& known) {
   Copy copy;
+  if (!known.empty()) cv::resize(known, copy.known, attenuation.size(), 0.0, 0.0, cv::INTER_NEAREST);
   copy.attenuation = filledOutside(attenuation, field);
   copy.noise = localNoise(copy.attenuation);
   cv::medianBlur(copy.attenuation, copy.smooth, 3);
@@ -127,8 +131,17 @@ struct Outline {
   int length = 0;
   int sharp = 0;
   int along_field = 0;
-  bool isMetal() const { return length > 0 && sharp >= kSharpOutline * length && along_field <= kAlongField * length; }
+  bool isMetal(bool is_known) const {
+    const double least = is_known ? kKnownOutline : kSharpOutline;
+    return length > 0 && sharp >= least * length && along_field <= kAlongField * length;
+  }
 };
+
+/// Whether most of a region was metal before.
+bool isKnown(const cv::Mat& region, const cv::Mat& known) {
+  if (known.empty()) return false;
+  return cv::countNonZero(region & (known != 0)) >= kKnownShare * cv::countNonZero(region);
+}
 
 std::vector<Outline> outlines(const cv::Mat& labels, int count, const cv::Mat& sharp, const cv::Mat& field_edge) {
   std::vector<Outline> result(static_cast<std::size_t>(count));
@@ -171,9 +184,12 @@ void addMetal(const Copy& copy, const Candidates& candidates, cv::Mat* metal) {
   const std::vector<Outline> found = outlines(labels, count, copy.sharp(area), copy.field_edge(area));
   for (int i = 1; i < count; ++i) {
     const int* row = statistics.ptr<int>(i);
-    if (row[cv::CC_STAT_AREA] < candidates.least_area || !found[static_cast<std::size_t>(i)].isMetal()) continue;
+    const Outline& outline = found[static_cast<std::size_t>(i)];
+    if (row[cv::CC_STAT_AREA] < candidates.least_area || !outline.isMetal(true)) continue;
     const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
-    (*metal)(area)(box).setTo(kUse, labels(box) == i);
+    const cv::Mat region = labels(box) == i;
+    const bool is_known = isKnown(region, copy.known.empty() ? copy.known : copy.known(area)(box));
+    if (outline.isMetal(is_known)) (*metal)(area)(box).setTo(kUse, region);
   }
 }
 
@@ -260,7 +276,7 @@ cv::Mat findMetal(const Copy& copy, const Search& search) {
 
 }  // namespace
 
-cv::Mat mask_detail::metalIn(const SearchCopy& copy, const MaskImage& field) {
+cv::Mat mask_detail::metalIn(const SearchCopy& copy, const MaskImage& field, const cv::Mat& known) {
   if (copy.image().empty()) return {};
   const cv::Mat& fine_image = copy.fine();
   cv::Mat fine_field(fine_image.size(), CV_8U, cv::Scalar(kUse));
@@ -269,16 +285,16 @@ cv::Mat mask_detail::metalIn(const SearchCopy& copy, const MaskImage& field) {
 
   const int coarse_factor = mask_detail::factorFor(fine_image.size(), kCoarseSide);
   const bool one_copy_does = coarse_factor == 1;
-  if (one_copy_does) return findMetal(prepared(fine_image, fine_field), {true, true});
+  if (one_copy_does) return findMetal(prepared(fine_image, fine_field, known), {true, true});
   cv::Mat metal;
   cv::Mat large;
   cv::parallel_for_({0, 2}, [&](const cv::Range& range) {
     for (int search = range.start; search < range.end; ++search) {
       if (search == 0) {
-        metal = findMetal(prepared(fine_image, fine_field), {true, false});
+        metal = findMetal(prepared(fine_image, fine_field, known), {true, false});
       } else {
         const Copy coarse = prepared(mask_detail::shrunk(fine_image, coarse_factor),
-                                     mask_detail::wholeBlocks(fine_field, coarse_factor));
+                                     mask_detail::wholeBlocks(fine_field, coarse_factor), known);
         large = mask_detail::grown(findMetal(coarse, {false, true}), coarse_factor, fine_image.size());
       }
     }

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <utility>
 
+#include "image/sensor_pixels.h"
+
 namespace xray_registration {
 namespace {
 
@@ -134,25 +136,6 @@ FloatImage linearized(FloatImage image, double saturation_value, const Linearize
 bool isDistorted(const Calibration& calibration) {
   return std::any_of(calibration.distortion.begin(), calibration.distortion.end(), [](double d) { return d != 0.0; });
 }
-
-/// Frame pixels against the whole sensor's: ROI and binning.
-class SensorPixels {
- public:
-  explicit SensorPixels(const Calibration& c)
-      : origin_(c.roi_x, c.roi_y), binning_(std::max(1, c.binning_x), std::max(1, c.binning_y)) {}
-
-  /// Edges scale; centres lie half a pixel inside.
-  Eigen::Vector2d sensor(const Eigen::Vector2d& frame) const {
-    return ((frame.array() + 0.5) * binning_ - 0.5 + origin_).matrix();
-  }
-  Eigen::Vector2d frame(const Eigen::Vector2d& sensor) const {
-    return ((sensor.array() - origin_ + 0.5) / binning_ - 0.5).matrix();
-  }
-
- private:
-  Eigen::Array2d origin_;
-  Eigen::Array2d binning_;
-};
 
 /// The pixel of the detector's straight picture that each of the frame's pixels shows: the lens alone.
 void throughLens(const XrayCamera& camera, const std::vector<double>& distortion, StraightenedPixels* pixels) {

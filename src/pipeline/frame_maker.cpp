@@ -58,13 +58,17 @@ double saturationOf(const RawImage& raw, const ImageParameters& options) {
 
 }  // namespace
 
+std::shared_ptr<const UndistortionMap> undistortionMapOf(const ImageParameters& options, const std::string& view) {
+  const ViewFile map = fileOf(view, "undistortion_map", options.undistortion_maps, options.undistortion_map);
+  return map.path.empty() ? nullptr : readMap(map.path, map.parameter);
+}
+
 FrameMaker::FrameMaker(const ImageParameters& options, const std::vector<std::string>& view_names) : options_(options) {
   for (const std::string& name : view_names) {
     View& view = views_[name];
     const ViewFile mask = fileOf(name, "mask", options.masks, options.mask);
     if (!mask.path.empty()) view.mask = readMask(mask.path, mask.parameter);
-    const ViewFile map = fileOf(name, "undistortion_map", options.undistortion_maps, options.undistortion_map);
-    if (!map.path.empty()) view.map = readMap(map.path, map.parameter);
+    view.map = undistortionMapOf(options, name);
   }
 }
 
@@ -79,7 +83,7 @@ ViewInput FrameMaker::makeView(RawView* raw) {
     throw FrameError("the image is " + sizeInWords(frame.attenuation.width, frame.attenuation.height) +
                      " but its mask (image/mask) is " + sizeInWords(view.mask.width, view.mask.height));
   }
-  maskFrame(&frame, options_.find, view.mask);
+  maskFrame(&frame, options_.find, view.mask, &view.metal);
   ViewInput input(std::make_shared<const XrayFrame>(std::move(frame)), raw->T_view_first);
   input.name = raw->name;
   return input;

@@ -220,6 +220,21 @@ void readCalibration(const YAML::Node& tree, int* frames) {
   group.refuseUnknown();
 }
 
+void readClicks(const YAML::Node& tree, ClickParameters* clicks) {
+  static const std::regex kTopic("/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*");
+  static const std::regex kSuffix("[A-Za-z0-9_/]+");
+  ParameterGroup group(tree, "clicks");
+  group.words("point_topic", &clicks->point_topic);
+  group.words("pixel_suffix", &clicks->pixel_suffix);
+  if (!std::regex_match(clicks->point_topic, kTopic)) {
+    group.fail("point_topic", clicks->point_topic, "the name of a topic");
+  }
+  if (!std::regex_match(clicks->pixel_suffix, kSuffix)) {
+    group.fail("pixel_suffix", clicks->pixel_suffix, "letters, digits, _ and /");
+  }
+  group.refuseUnknown();
+}
+
 void checkViews(const std::vector<std::string>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     // A name that ROS does not take would only fail when subscribing.
@@ -247,7 +262,7 @@ void readTop(const YAML::Node& tree, NodeParameters* parameters, const Logger& l
   top.flag("invert_tf", &parameters->frames.invert_tf);
   readInitialPose(tree, parameters);
   for (const char* group : {"initial_pose", "ct", "image", "frames", "sync", "stamps", "health", "accept", "solver",
-                            "tracking", "geometry", "calibration", "bodies", "diagnostic_period"})
+                            "tracking", "geometry", "calibration", "bodies", "localize", "clicks", "diagnostic_period"})
     top.known(group);
   for (const auto& [name, value] : top.unknown()) {
     log(logger, LogLevel::kWarning, "parameter " + name + " is not known and has no effect");
@@ -276,6 +291,7 @@ NodeParameters parseParameters(const YAML::Node& tree, const Logger& logger) {
   readTracking(tree, &parameters.tracker, &parameters.recover);
   readLocalize(tree, &parameters.localize);
   readCalibration(tree, &parameters.calibration_frames);
+  readClicks(tree, &parameters.clicks);
   parameters.bodies = readBodies(tree, logger);
   validate(parameters);
   return parameters;

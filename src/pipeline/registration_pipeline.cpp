@@ -226,6 +226,11 @@ std::vector<FollowedBodyInfo> RegistrationPipeline::followedBodies() const {
   return bodies;
 }
 
+std::optional<VolumeGrid> RegistrationPipeline::ctGrid() const {
+  if (!hasCt()) return std::nullopt;
+  return body_.attenuation->grid;
+}
+
 TrackingState RegistrationPipeline::state() const {
   if (!fault().empty()) return TrackingState::kFault;
   if (!hasCt()) return TrackingState::kWaitingForCt;

@@ -8,6 +8,9 @@
 #include <chrono>
 #include <utility>
 
+#include "ct_hand.h"
+#include "landmark_answer.h"
+#include "landmark_solver.h"
 #include "live_parameters.h"
 #include "localize_server.h"
 #include "tuning_server.h"
@@ -79,7 +82,12 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
       private_node_(withQueue(private_node, &service_queue_)),
       parameters_(loadParameters(private_node, rosLogger())),
       publishers_(private_node_, parameters_),
-      worker_(std::make_unique<RegistrationWorker>(parameters_, &publishers_, &transforms_, &statistics_, rosLogger())),
+      landmarks_(std::make_unique<LandmarkSolver>(parameters_, &transforms_)),
+      hand_(std::make_unique<CtHand>(CtHand::Nodes{node, private_node}, parameters_, &transforms_, &publishers_,
+                                     landmarks_.get())),
+      preview_(std::make_unique<PosePreview>(private_node_, parameters_)),
+      worker_(std::make_unique<RegistrationWorker>(parameters_, &publishers_, &transforms_, &statistics_, rosLogger(),
+                                                   hand_.get(), preview_.get())),
       synchroniser_(synchroniserOptions(parameters_),
                     [this](FrameMessages frame) { worker_->offer(std::move(frame)); }),
       gate_(parameters_.viewNames().size(), parameters_.stamps, ros::Time::isSimTime(),
@@ -95,6 +103,7 @@ RegistrationNode::RegistrationNode(const ros::NodeHandle& node, const ros::NodeH
   advertiseServices();
   localize_server_ = std::make_unique<LocalizeServer>(private_node_, worker_.get());
   nameInputs();
+  serveHand();
   subscribe();
   watch_timer_ =
       image_node_.createWallTimer(ros::WallDuration(kWatchPeriod), [this](const ros::WallTimerEvent&) { watch(); });
@@ -119,6 +128,7 @@ RegistrationNode::~RegistrationNode() {
   image_subscribers_.clear();
   info_subscribers_.clear();
   for (ros::Subscriber& subscriber : pose_subscribers_) subscriber.shutdown();
+  hand_->stop();
   localize_server_.reset();
   worker_->stop();  // Answers a ~load_ct that waits, so that the service threads can end.
   for (ros::ServiceServer& service : services_) service.shutdown();
@@ -135,6 +145,13 @@ void RegistrationNode::nameInputs() {
   }
 }
 
+void RegistrationNode::serveHand() {
+  std::vector<std::string> image_topics;
+  for (const Input& input : inputs_) image_topics.push_back(input.image_topic);
+  hand_->serve(
+      worker_.get(), [this] { resetAll(); }, image_topics);
+}
+
 void RegistrationNode::subscribe() {
   image_subscribers_.clear();
   info_subscribers_.clear();
@@ -149,6 +166,7 @@ void RegistrationNode::subscribe() {
         [this, i](const sensor_msgs::CameraInfoConstPtr& info) {
           ++inputs_[i].infos;
           followClock();
+          landmarks_->takeInfo(i, info);
           synchroniser_.addInfo(i, info);
         },
         ros::VoidConstPtr(), at_once));
@@ -202,6 +220,7 @@ void RegistrationNode::advertiseServices() {
   services_.push_back(private_node_.advertiseService("load_ct", &RegistrationNode::loadCt, this));
   services_.push_back(private_node_.advertiseService("calibrate", &RegistrationNode::calibrate, this));
   services_.push_back(private_node_.advertiseService("set_initial_pose", &RegistrationNode::setInitialPose, this));
+  services_.push_back(private_node_.advertiseService("register_landmarks", &RegistrationNode::registerLandmarks, this));
   services_.push_back(private_node_.advertiseService("reset", &RegistrationNode::reset, this));
   services_.push_back(private_node_.advertiseService("register_once", &RegistrationNode::registerOnce, this));
   services_.push_back(private_node_.advertiseService("set_enabled", &RegistrationNode::setEnabled, this));
@@ -275,9 +294,20 @@ bool RegistrationNode::setInitialPose(SetInitialPose::Request& request, SetIniti
   return true;
 }
 
-bool RegistrationNode::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
+bool RegistrationNode::registerLandmarks(RegisterLandmarks::Request& request, RegisterLandmarks::Response& response) {
+  response = landmarkAnswer(request, *landmarks_, worker_->ctGrid());
+  if (response.success == 0) return true;
+  worker_->setPose(fromPose(response.pose.pose), response.pose.header.frame_id);
+  return true;
+}
+
+void RegistrationNode::resetAll() {
   worker_->restart("~reset");
   gate_.forget();
+}
+
+bool RegistrationNode::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
+  resetAll();
   response.success = 1;
   return true;
 }

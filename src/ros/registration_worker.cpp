@@ -11,6 +11,7 @@
 #include "calibration_answer.h"
 #include "held_views.h"
 #include "xray_registration/drr/device.h"
+#include "xray_registration/image/straight_pixel.h"
 #include "xray_registration/pipeline/frame_latency.h"
 #include "xray_registration/ros/conversions.h"
 #include "xray_registration/ros/result_transforms.h"
@@ -43,12 +44,15 @@ std::vector<NodeStatistics::Body> bodiesOf(const RegistrationStatus& message) {
 }  // namespace
 
 RegistrationWorker::RegistrationWorker(const NodeParameters& parameters, Publishers* publishers, Transforms* transforms,
-                                       NodeStatistics* statistics, Logger logger)
+                                       NodeStatistics* statistics, Logger logger, ResultListener* listener,
+                                       PosePreview* preview)
     : parameters_(parameters),
       publishers_(publishers),
       transforms_(transforms),
       statistics_(statistics),
       logger_(std::move(logger)),
+      listener_(listener),
+      preview_(preview),
       loading_(!parameters.ct.path.empty()),
       pipeline_(parameters, logger_),
       pose_requests_(transforms, parameters.frames.tf_timeout_s),
@@ -224,26 +228,39 @@ Calibrate::Response RegistrationWorker::calibrateNow() {
 
 void RegistrationWorker::publishSurfaces() {
   pipeline_.dropCt();
-  if (parameters_.ct.surface_triangles == 0) return;
+  if (preview_ != nullptr) preview_->forgetPoses();
+  if (parameters_.ct.surface_triangles == 0 && listener_ == nullptr) return;
   if (surface_.valid()) surface_.wait();
   try {
-    surface_ = std::async(std::launch::async, [this, shapes = pipeline_.shapes()] {
-      // What stands for the CT is shown as a body: nothing is left of a CT that was shown before.
-      if (shapes.empty() || !shapes.front().name.empty()) publishers_->surface("", {});
-      for (const BodyShape& shape : shapes) {
-        if (stopping_) return;
-        try {
-          publishers_->surface(shape.name, isoSurface(*shape.volume, shape.surface_per_mm,
-                                                      static_cast<std::size_t>(parameters_.ct.surface_triangles)));
-        } catch (const std::exception& error) {
-          log(logger_, LogLevel::kWarning, "no surface of " + shape.name + ": " + error.what());
-        }
-      }
-    });
+    surface_ = std::async(std::launch::async, [this, shapes = pipeline_.shapes()] { makeSurfaces(shapes); });
   } catch (const std::exception& error) {
     // Memory for a thread is missing; what is registered needs no surface.
     log(logger_, LogLevel::kWarning, std::string("the CT's surface is not made: ") + error.what());
   }
+}
+
+/// On a thread of its own: of a large CT it takes seconds.
+void RegistrationWorker::makeSurfaces(const std::vector<BodyShape>& shapes) {
+  const auto triangles = static_cast<std::size_t>(parameters_.ct.surface_triangles);
+  // What stands for the CT is shown as a body: nothing is left of a CT that was shown before.
+  if (triangles > 0 && (shapes.empty() || !shapes.front().name.empty())) publishers_->surface("", {});
+  std::vector<ShownShape> shown;
+  for (const BodyShape& shape : shapes) {
+    if (stopping_) return;
+    TriangleMesh mesh;
+    try {
+      if (triangles > 0) {
+        mesh = isoSurface(*shape.volume, shape.surface_per_mm, triangles);
+        publishers_->surface(shape.name, mesh);
+      }
+    } catch (const std::exception& error) {
+      log(logger_, LogLevel::kWarning, "no surface of " + shape.name + ": " + error.what());
+    }
+    if (listener_ == nullptr) continue;
+    shown.push_back(
+        {shape.name, anatomicalCentreCt(*shape.volume), std::make_shared<const TriangleMesh>(std::move(mesh))});
+  }
+  if (listener_ != nullptr) listener_->takeShapes(std::move(shown));
 }
 
 void RegistrationWorker::updateStatistics() {
@@ -251,6 +268,13 @@ void RegistrationWorker::updateStatistics() {
   statistics_->setDevice(pipeline_.deviceName(), pipeline_.deviceBytes());
   statistics_->setCt(pipeline_.ctName());
   if (!pipeline_.fault().empty()) statistics_->setError(pipeline_.fault());
+  const std::lock_guard<std::mutex> lock(ct_grid_mutex_);
+  ct_grid_ = pipeline_.ctGrid();
+}
+
+std::optional<VolumeGrid> RegistrationWorker::ctGrid() const {
+  const std::lock_guard<std::mutex> lock(ct_grid_mutex_);
+  return ct_grid_;
 }
 
 void RegistrationWorker::setPose(const RigidTransform& T_frame_ct, const std::string& frame_id,
@@ -276,6 +300,8 @@ void RegistrationWorker::restartNow(const std::string& why) {
   picture_.reset();
   pipeline_.reset();
   newest_.reset();
+  if (preview_ != nullptr) preview_->forgetPoses();
+  if (listener_ != nullptr) listener_->forgetPoses();
   publishers_->forgetStamps();
   bindCameraFrame("");
   calibration_frames_.forget();
@@ -405,6 +431,7 @@ void RegistrationWorker::handle(const FrameMessages& frame) {
   std_msgs::Header header = frame.header;
   if (frame.views.front().image) newest_ = frame;
   if (parameters_.mode == Mode::kOnDemand && !register_requested_) {
+    keepToShow(frame, header);
     return refuse(header, "mode is on_demand: waiting for a pose or ~register_once");
   }
   // Everything is said in the first view's frame, also when that view is missing for once.
@@ -420,7 +447,13 @@ void RegistrationWorker::handle(const FrameMessages& frame) {
   // Asked again: another frame may have been accepted since this one came.
   if (const std::string problem = takeCameraFrame(frame.views.front()); !problem.empty())
     return refuse(header, problem);
-  publishOutcome(frame, header, registerFrame(frame, header));
+  keepToShow(frame, header);
+  if (moved_by_hand_ && pipeline_.state() != TrackingState::kTracking) {
+    return refuse(header, "the CT is being moved by hand (~ct_marker)");
+  }
+  const FrameOutcome outcome = registerFrame(frame, header);
+  if (preview_ != nullptr) shown_frame_.views = outcome.views;
+  publishOutcome(frame, header, outcome);
 }
 
 std::string RegistrationWorker::heldProblem(const FrameMessages& frame) const {
@@ -559,6 +592,8 @@ void RegistrationWorker::publishOutcome(const FrameMessages& frame, const std_ms
   setNodeFields(statistics_->snapshot(), &message);
   statistics_->setBodies(bodiesOf(message));
   publishers_->status(message);
+  if (outcome.registered && preview_ != nullptr) preview_->takeResult(result);
+  if (outcome.registered && listener_ != nullptr) listener_->takeResult(result);
   keepPicture(frame, outcome);
 }
 
@@ -607,6 +642,46 @@ void RegistrationWorker::publishView(std::size_t view, const std_msgs::Header& h
   if (!wants_drr || shown.xray != whole.xray) parts = pipeline_.renderParts(shown, result);
   const std::vector<OverlayLine> lines = overlayLines(parts, result, parameters_.bodies);
   if (!lines.empty()) publishers_->overlay(view, header, *shown.xray, lines);
+}
+
+void RegistrationWorker::keepToShow(const FrameMessages& frame, const std_msgs::Header& header) {
+  if (preview_ != nullptr) shown_frame_ = {frame, header, {}};
+  const sensor_msgs::CameraInfoConstPtr& info = frame.views.front().info;
+  if (listener_ == nullptr || !info || header.frame_id.empty()) return;
+  try {
+    listener_->takeCamera(header.frame_id, cameraOf(calibration(*info)));
+  } catch (const FrameError&) {
+    // The frame is refused for it.
+  }
+}
+
+bool RegistrationWorker::preview(const PreviewRequest& request) {
+  if (preview_ == nullptr || Clock::now() < next_preview_.load() || previewing_.exchange(true)) return false;
+  mailbox_.post([this, request] {
+    const Clock::time_point start = Clock::now();
+    previewNow(request);
+    const Clock::time_point end = Clock::now();
+    next_preview_ = end + (end - start);
+    previewing_ = false;
+  });
+  return true;
+}
+
+void RegistrationWorker::previewNow(const PreviewRequest& request) {
+  if (!preview_->isWanted() || shown_frame_.messages.views.empty() || !pipeline_.hasCt()) return;
+  try {
+    if (shown_frame_.views.empty()) {
+      FrameViews prepared = pipeline_.prepare(rawViews(shown_frame_.messages, shown_frame_.header.frame_id));
+      shown_frame_.views = std::move(prepared.views);
+    }
+    std::vector<std_msgs::Header> headers;
+    for (const ViewMessage& view : shown_frame_.messages.views) {
+      headers.push_back(view.image ? view.image->header : shown_frame_.header);
+    }
+    preview_->show(request, shown_frame_.views, headers, &pipeline_);
+  } catch (const std::exception& error) {
+    log(logger_, LogLevel::kWarning, std::string("no picture of the pose that is tried: ") + error.what());
+  }
 }
 
 }  // namespace xray_registration

@@ -151,14 +151,17 @@ void requireGeometry(const std::vector<DicomView>& views) {
   std::string problem;
   std::string for_pose;
   for (const DicomView& view : views) {
-    if (missingForBag(view).empty()) continue;
-    for (const MissingGeometry& one : view.geometry().missing) {
+    const std::optional<std::size_t> picture = incompletePicture(view);
+    if (!picture) continue;
+    const DicomGeometry& geometry = view.geometries[*picture];
+    for (const MissingGeometry& one : geometry.missing) {
       std::string& text = one.for_pose ? for_pose : problem;
       text += (text.empty() ? "" : "; ") + one.what + ": give " + one.remedy;
     }
-    const auto& pixel = view.geometry().pixel_mm;
+    const auto& pixel = geometry.pixel_mm;
     if (pixel.value && pixel.estimate)
       problem += "; size of a pixel, only an estimate from " + pixel.source + ": give --pixel-mm";
+    if (*picture > 0) problem += " (picture " + std::to_string(*picture + 1) + ")";
     if (views.size() > 1) problem += " (view " + view.name() + ")";
   }
   if (problem.empty()) return;

@@ -7,6 +7,7 @@
 #include "tools/common/json_files.h"
 #include "tools/common/yaml_files.h"
 #include "tools/landmarks/points_file.h"
+#include "xray_registration/image/landmark_place.h"
 #include "xray_registration/image/landmark_pose.h"
 #include "xray_registration/image/xray_frame.h"
 #ifdef XRAY_LANDMARKS_READS_BAGS
@@ -30,8 +31,6 @@ struct Arguments {
   std::string json;
   LandmarkOptions options;
 };
-
-constexpr double kMargin_mm = 10.0;  // Outside of the CT; skin markers lie on its rim.
 
 /// The views by their names, the first one being the frame of the pose.
 struct Views {
@@ -141,23 +140,12 @@ std::vector<Landmark> landmarksOf(const std::vector<FilePoint>& points, const Vi
   return landmarks;
 }
 
-/// Points that are not in the CT have other coordinates than it.
+/// Points that are not in the CT have other coordinates than it; those without a pixel say so as well.
 void requireInCt(const std::vector<FilePoint>& points, const VolumeGrid& grid) {
-  const auto is_in = [&grid](const Eigen::Vector3d& point) {
-    const Eigen::Vector3d index = grid.ctFromIndex().inverse() * point;
-    const Eigen::Array3d margin = kMargin_mm / grid.spacing_mm.array();
-    return (index.array() > -0.5 - margin).all() &&
-           (index.array() < grid.size.cast<double>().array() - 0.5 + margin).all();
-  };
-  const auto outside =
-      std::find_if(points.begin(), points.end(), [&is_in](const FilePoint& p) { return !is_in(p.point_ct); });
-  if (outside == points.end()) return;
-  const bool ras_fits = std::all_of(points.begin(), points.end(), [&is_in](const FilePoint& point) {
-    return is_in({-point.point_ct.x(), -point.point_ct.y(), point.point_ct.z()});
-  });
-  throw std::runtime_error("point '" + outside->name + "' lies outside of the CT" +
-                           (ras_fits ? "; all would lie in it if they were RAS: the file says or is taken to be LPS, mm"
-                                     : "; points are in the CT's coordinates, LPS, mm"));
+  std::vector<Landmark> places;
+  for (const FilePoint& point : points) places.push_back({point.name, point.point_ct, Eigen::Vector2d::Zero()});
+  const std::string problem = outsideOfCt(places, grid);
+  if (!problem.empty()) throw std::runtime_error(problem);
 }
 
 void print(const std::vector<Landmark>& landmarks, const LandmarkPose& pose, const Views& views) {

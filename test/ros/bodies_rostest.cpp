@@ -1,6 +1,8 @@
 // Bodies that move on their own: two bones in a CT, and an implant without one. Each case runs by itself, in any order.
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
+#include <visualization_msgs/InteractiveMarkerFeedback.h>
+#include <visualization_msgs/InteractiveMarkerInit.h>
 
 #include <algorithm>
 #include <memory>
@@ -209,6 +211,56 @@ TEST_F(Bones, AStartOfOneWaitsForThatOfTheCt) {
   EXPECT_EQ(status.bodies[0].reason, status.reason);
   ASSERT_TRUE(bones_->probe.setPose(scene_->disturbed(scene_->pose(0)), "bones_front").success);
   expectAccepted(publish(0), 0, "upper", "upper_bone");
+}
+
+// By the messages of rviz: the menu of ~ct_marker selects the bone, and letting go of it is its start.
+TEST_F(Bones, OneIsMovedByHand) {
+  using visualization_msgs::InteractiveMarkerFeedback;
+  ros::NodeHandle node;
+  const std::string topic = "bones/registration/ct_marker";
+  const Newest<visualization_msgs::InteractiveMarkerInit> init(topic + "/update_full");
+  const Newest<sensor_msgs::Image> preview("bones/registration/front/preview");
+  const ros::Publisher publisher = node.advertise<InteractiveMarkerFeedback>(topic + "/feedback", 100);
+  ASSERT_TRUE(publish(0).accepted);
+  ASSERT_TRUE(waitFor([&] {
+    return publisher.getNumSubscribers() > 0 && preview.connected() && init.get() && !init.get()->markers.empty();
+  }));
+  InteractiveMarkerFeedback feedback;
+  feedback.header.frame_id = "bones_front";
+  feedback.client_id = "somebody";
+  feedback.marker_name = "ct";
+  RigidTransform T_camera_marker = T_camera_bodies_[0];
+  T_camera_marker.translation() = T_camera_bodies_[0] * scene_->centreOf(0);
+  feedback.pose = toPose(T_camera_marker);
+  const auto send = [&](std::uint8_t event) {
+    feedback.event_type = event;
+    publisher.publish(feedback);
+  };
+  const std::vector<visualization_msgs::MenuEntry> menu = init.get()->markers.front().menu_entries;
+  for (const visualization_msgs::MenuEntry& entry : menu) {
+    const bool below_move = std::any_of(menu.begin(), menu.end(), [&](const auto& above) {
+      return above.id == entry.parent_id && above.title == "Move";
+    });
+    if (below_move && entry.title.find("upper") != std::string::npos) feedback.menu_entry_id = entry.id;
+  }
+  ASSERT_NE(feedback.menu_entry_id, 0U);
+  send(InteractiveMarkerFeedback::MENU_SELECT);
+  ASSERT_TRUE(waitFor([&] {
+    const auto& markers = init.get()->markers;
+    return std::any_of(markers.begin(), markers.end(),
+                       [](const auto& marker) { return marker.description == "upper"; });
+  }));
+  feedback.menu_entry_id = 0;
+  feedback.control_name = "move_x";
+  send(InteractiveMarkerFeedback::MOUSE_DOWN);
+  send(InteractiveMarkerFeedback::POSE_UPDATE);
+  EXPECT_TRUE(waitFor([&] { return preview.get() && countColour(*preview.get(), bodyColour(0)) > 20; }));
+  send(InteractiveMarkerFeedback::MOUSE_UP);
+  int number = 0;
+  EXPECT_TRUE(waitFor([&] {
+    const RegistrationStatus status = publish(++number % 4);
+    return status.bodies.size() == 2 && status.bodies[0].iterations > status.bodies[1].iterations + 10;
+  }));
 }
 
 /// No CT at all: the first body stands for it.

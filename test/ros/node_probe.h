@@ -48,6 +48,7 @@ class Messages {
     const std::lock_guard<std::mutex> lock(mutex_);
     return std::exchange(messages_, {});
   }
+  bool connected() const { return subscriber_.getNumPublishers() > 0; }
 
  private:
   ros::NodeHandle node_;

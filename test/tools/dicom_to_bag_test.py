@@ -5,6 +5,7 @@ files that lack something; checks what it writes and what it asks for.
 usage: dicom_to_bag_test.py --tools FOLDER --work FOLDER
 """
 import argparse
+import math
 import os
 import shutil
 import sys
@@ -171,6 +172,58 @@ class DicomToBagTest(tool_case.ToolTest):
         images = messages(self.work('series.bag'))['/run/image_raw']
         self.assertEqual([image.data[0] for image in images], [1, 2, 3])
         self.assertEqual([image.header.stamp.to_sec() for image in images], [1000, 1010, 1020])
+
+    def enhanced(self, name, left_out=()):
+        """An Enhanced XA run of three frames whose geometry is in functional groups: the pixels' size is shared, the rest
+        differs from frame to frame. left_out: groups that the last frame lacks."""
+        frames = []
+        for number, (primary, secondary, detector, time) in enumerate(
+                ((0, 0, 1000, '120000.000'), (-20, 5, 1040, '120000.125'), (40, -10, 1100, '120000.500'))):
+            # Macro by macro: frame content, geometry, positioner.
+            frames.append({
+                (0x0020, 0x9111): ('SQ', [{(0x0018, 0x9074): ('DT', '20211124' + time)}]),
+                (0x0018, 0x9476): ('SQ', [{(0x0018, 0x1110): ('DS', detector), (0x0018, 0x9402): ('FL', [700 + 10 * number])}]),
+                (0x0018, 0x9405): ('SQ', [{(0x0018, 0x1510): ('DS', primary), (0x0018, 0x1511): ('DS', secondary)}]),
+            })
+        for group in left_out:
+            del frames[-1][group]
+        shared = {(0x0028, 0x9443): ('SQ', [{(0x0018, 0x1164): ('DS', '0.5\\0.4')}])}
+        rows = [[1000 * frame + 100 * row + column for column in range(8)] for frame in range(3) for row in range(6)]
+        path = self.work(name)
+        small_dicom.write(path, rows, {(0x5200, 0x9229): ('SQ', [shared]), (0x5200, 0x9230): ('SQ', frames)}, frames=3,
+                          kind=small_dicom.ENHANCED_XA)
+        return path
+
+    def test_an_enhanced_file_has_each_frames_geometry(self):
+        self.convert('enhanced', '--input', self.enhanced('enhanced.dcm'), '--isocentre-ct-mm', '0,0,0')
+        bag = messages(self.work('enhanced.bag'))
+        infos, images, poses = (bag['/xray/' + topic] for topic in ('camera_info', 'image_raw', 'positioner_pose'))
+        self.assertEqual([round(image.header.stamp.to_sec(), 3) for image in images], [1000, 1000.125, 1000.5])
+        for number, (info, image, pose) in enumerate(zip(infos, images, poses)):
+            detector = (1000, 1040, 1100)[number]
+            self.assertAlmostEqual(info.K[0], detector / 0.4, 3)
+            self.assertAlmostEqual(info.K[4], detector / 0.5, 3)
+            # The first row, its columns in reverse.
+            values = [image.data[2 * i] + 256 * image.data[2 * i + 1] for i in range(8)]
+            self.assertEqual(values, [1000 * number + column for column in range(7, -1, -1)])
+            # The isocentre lies on the beam, and the beam goes along (sin p cos s, -cos p cos s, sin s) in the patient.
+            self.assertAlmostEqual(pose.pose.position.z, 0.7 + 0.01 * number, 5)
+            primary, secondary = (math.radians(angle) for angle in ((0, 0), (-20, 5), (40, -10))[number])
+            q = pose.pose.orientation
+            beam = (2 * (q.x * q.z - q.w * q.y), 2 * (q.y * q.z + q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y))
+            for found, expected in zip(beam, (math.sin(primary) * math.cos(secondary),
+                                              -math.cos(primary) * math.cos(secondary), math.sin(secondary))):
+                self.assertAlmostEqual(found, expected, 5)
+
+    def test_an_enhanced_file_that_lacks_one_frames_geometry_is_refused(self):
+        path = self.enhanced('lacking.dcm', left_out=[(0x0018, 0x9476)])
+        _, error = self.convert('lacking', '--input', path, expect=1)
+        self.assertIn('--source-detector-mm (picture 3)', error)
+        self.assertFalse(os.path.exists(self.work('lacking.bag')))
+        output, _ = self.tool('dicom_to_bag', '--inspect', path)
+        self.assertIn('missing in picture 3: distance from source to detector', output)
+        self.convert('lacking', '--input', path, '--source-detector-mm', 1000, '--source-patient-mm', 700)
+        self.assertEqual(len(messages(self.work('lacking.bag'))['/xray/image_raw']), 3)
 
     def test_a_study_of_many_runs_is_no_session(self):
         for number in range(3):

@@ -16,8 +16,10 @@ struct MaskOptions {
 
 /// Pixels inside the collimated field; the whole image when there is no collimator. Found: one convex or star-shaped
 /// aperture (round, polygonal, one shutter or several, an intensifier's disc) that contains the image's centre or the
-/// brightest part, with a sharp step to more attenuation and nothing brighter behind it; and thin frames along the
-/// image's borders, dark or drawn in one value. A limb or a dense body that reaches the border is no collimator.
+/// brightest part, with a sharp step to more attenuation and nothing brighter behind it; what a device has drawn around
+/// its picture in one value, be that brighter than the beam (a black surround of a video whose bones are white, a white
+/// one in transmission), around a disc or outside of a large convex field; and thin frames along the image's borders,
+/// dark or drawn in one value. A limb or a dense body that reaches the border is no collimator, nor is air a surround.
 MaskImage fieldMask(const FloatImage& attenuation);
 
 /// Pixels that are not metal: strong local excess of attenuation with an outline as sharp as the detector (rods,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "xray_registration/image/metal_memory.h"
 #include "xray_registration/image/raw_image.h"
 #include "xray_registration/pipeline/parameters.h"
 #include "xray_registration/registration/registrar.h"
@@ -30,6 +31,10 @@ struct FrameViews {
   double prepare_ms = 0.0;
 };
 
+/// The undistortion map of a view; null where it has none.
+/// @throws ParameterError when it cannot be read.
+std::shared_ptr<const UndistortionMap> undistortionMapOf(const ImageParameters& options, const std::string& view);
+
 /// Turns pixels into what is registered: linearises, straightens, masks. Keeps the masks and undistortion maps of the
 /// parameters, and where each view's pixels come from. Not thread-safe.
 class FrameMaker {
@@ -49,7 +54,8 @@ class FrameMaker {
   struct View {
     MaskImage mask;                              ///< Empty where there is none.
     std::shared_ptr<const UndistortionMap> map;  ///< Null where there is none.
-    StraightenedPixels pixels;                   ///< Kept between frames.
+    StraightenedPixels pixels;                   ///< Kept between frames,
+    MetalMemory metal;                           ///< as is this.
   };
 
   ImageParameters options_;

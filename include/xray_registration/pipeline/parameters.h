@@ -82,6 +82,12 @@ struct LocalizeParameters {
   double farthest_mm = 1100.0;  ///< and at most.
 };
 
+/// clicks/…
+struct ClickParameters {
+  std::string point_topic = "clicked_point";  ///< Points of the CT, as rviz publishes them.
+  std::string pixel_suffix = "_mouse_left";   ///< Of an image's topic: its pixels, as image viewers publish them.
+};
+
 /// Everything that node, register_bag and evaluate can be told; one YAML file serves all of them. Defaults are the
 /// members' initial values.
 struct NodeParameters {
@@ -91,6 +97,7 @@ struct NodeParameters {
   SyncParameters sync;
   StampParameters stamps;
   HealthParameters health;
+  ClickParameters clicks;
   std::vector<std::string> views;  ///< Empty: one view, topics without a prefix.
   std::string device = "auto";
   RegistrarOptions registrar;         ///< method, accept/…, solver/…, paper/…

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "xray_registration/pipeline/device_host.h"
@@ -118,6 +119,9 @@ class RegistrationPipeline {
   FrameOutcome finishSearch(const std::function<bool()>& is_wanted = {});
   void dropSearch();
 
+  /// What process() would look at, for who only shows it.
+  FrameViews prepare(std::vector<RawView> views) { return frame_maker_.make(std::move(views)); }
+
   /// A frame that could not be used and never came to process() counts as a refused one, as one does there.
   void noteUnusable();
   /// Nothing was seen for too long: what is tracked is lost, and the next frame is a cold start from the last pose.
@@ -147,6 +151,8 @@ class RegistrationPipeline {
   /// Stamp of the last accepted frame since the pose was set; what `T_camera_now_camera_last` refers to.
   std::optional<double> lastAcceptedStamp() const { return body_.last_accepted_s; }
   Eigen::Vector3d centreCt() const { return body_.centre_ct_mm; }
+  /// Where the voxels of the present CT lie; nothing without one.
+  std::optional<VolumeGrid> ctGrid() const;
   /// The bodies of the list `bodies`, once they are loaded; the order is that of the results.
   std::vector<FollowedBodyInfo> followedBodies() const;
   const std::string& deviceName() const { return device_.deviceName(); }

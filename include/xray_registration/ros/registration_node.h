@@ -20,6 +20,7 @@
 #include "xray_registration/AcceptConfig.h"
 #include "xray_registration/Calibrate.h"
 #include "xray_registration/LoadCt.h"
+#include "xray_registration/RegisterLandmarks.h"
 #include "xray_registration/SetInitialPose.h"
 #include "xray_registration/SolverConfig.h"
 #include "xray_registration/TrackingConfig.h"
@@ -38,6 +39,8 @@ class DiagnosticStatusWrapper;
 
 namespace xray_registration {
 
+class CtHand;
+class LandmarkSolver;
 class LocalizeServer;
 template <typename Config>
 class TuningServer;
@@ -60,6 +63,7 @@ class RegistrationNode {
  private:
   // On the image thread.
   void nameInputs();
+  void serveHand();
   void subscribe();
   void takeImage(std::size_t view, const sensor_msgs::ImageConstPtr& image);
   void watch();
@@ -69,11 +73,13 @@ class RegistrationNode {
   bool loadCt(LoadCt::Request& request, LoadCt::Response& response);
   bool calibrate(Calibrate::Request& request, Calibrate::Response& response);
   bool setInitialPose(SetInitialPose::Request& request, SetInitialPose::Response& response);
+  bool registerLandmarks(RegisterLandmarks::Request& request, RegisterLandmarks::Response& response);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool registerOnce(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool setEnabled(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   RegistrationWorker::Answer takePose(const std_msgs::Header& header, const geometry_msgs::Pose& pose,
                                       const std::string& body);
+  void resetAll();
   void subscribePose(const std::string& topic, const ros::NodeHandle& node, const std::string& body);
   void advertiseServices();
   void serveTuning();
@@ -100,6 +106,9 @@ class RegistrationNode {
   NodeStatistics statistics_;
   Publishers publishers_;
   Transforms transforms_;
+  std::unique_ptr<LandmarkSolver> landmarks_;
+  std::unique_ptr<CtHand> hand_;
+  std::unique_ptr<PosePreview> preview_;
   std::unique_ptr<RegistrationWorker> worker_;
   ViewSynchroniser synchroniser_;
   ImageGate gate_;

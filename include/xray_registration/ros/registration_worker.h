@@ -16,8 +16,10 @@
 #include "xray_registration/pipeline/node_statistics.h"
 #include "xray_registration/pipeline/picture_budget.h"
 #include "xray_registration/pipeline/registration_pipeline.h"
+#include "xray_registration/ros/pose_preview.h"
 #include "xray_registration/ros/pose_requests.h"
 #include "xray_registration/ros/publishers.h"
+#include "xray_registration/ros/result_listener.h"
 #include "xray_registration/ros/transforms.h"
 #include "xray_registration/ros/view_synchroniser.h"
 #include "xray_registration/ros/wide_search_task.h"
@@ -35,8 +37,10 @@ class RegistrationWorker {
   };
 
   /// The others must outlive the worker. Opens the device and loads the CT of the parameters, both on its own thread.
+  /// `listener` and `preview` may be null.
   RegistrationWorker(const NodeParameters& parameters, Publishers* publishers, Transforms* transforms,
-                     NodeStatistics* statistics, Logger logger);
+                     NodeStatistics* statistics, Logger logger, ResultListener* listener = nullptr,
+                     PosePreview* preview = nullptr);
   ~RegistrationWorker();
 
   /// Takes a frame, or answers it at once when it cannot be looked at (switched off, CT being loaded). A frame that
@@ -65,6 +69,16 @@ class RegistrationWorker {
   /// The CT's pose in `frame_id`; an empty one is the first view's optical frame. Resolved at the next frame's stamp.
   /// With the name of a body it is that body's alone; one that is cut out of the CT waits until the CT has a pose.
   void setPose(const RigidTransform& T_frame_ct, const std::string& frame_id, const std::string& body = "");
+
+  /// Draws a pose that somebody tries out over the newest X-ray, between frames. False where that is too soon: another
+  /// one waits, or drawing has had its half of the time, and the other half is the frames'.
+  bool preview(const PreviewRequest& request);
+
+  /// While somebody moves the CT by hand, frames that would be searched for it (nothing is tracked) are refused.
+  void setMovedByHand(bool moved) { moved_by_hand_ = moved; }
+
+  /// Where the voxels of the present CT lie; nothing without one.
+  std::optional<VolumeGrid> ctGrid() const;
 
   /// Mode on_demand: register the next usable frame.
   void registerOnce();
@@ -100,6 +114,7 @@ class RegistrationWorker {
   std::string lookUpCamera(const std_msgs::Header& header);
   void keepToCalibrate(const FrameMessages& frame, const FrameOutcome& outcome);
   void publishSurfaces();
+  void makeSurfaces(const std::vector<BodyShape>& shapes);
   void updateStatistics();
 
   void handle(const FrameMessages& frame);
@@ -120,6 +135,8 @@ class RegistrationWorker {
   void publishPictureIfDue();
   void publishPictures(const FrameMessages& frame, const FrameOutcome& outcome);
   void publishView(std::size_t view, const std_msgs::Header& header, const FrameOutcome& outcome);
+  void keepToShow(const FrameMessages& frame, const std_msgs::Header& header);
+  void previewNow(const PreviewRequest& request);
   void refuse(const std_msgs::Header& header, const std::string& reason);
   void drop(const FrameMessages& frame);
   void sayUnregistered(const std_msgs::Header& header, const std::string& reason);
@@ -129,6 +146,8 @@ class RegistrationWorker {
   Transforms* transforms_;
   NodeStatistics* statistics_;
   Logger logger_;
+  ResultListener* listener_;
+  PosePreview* preview_;
 
   FrameMailbox<FrameMessages> mailbox_;
   std::atomic<bool> enabled_{true};
@@ -136,11 +155,16 @@ class RegistrationWorker {
   std::atomic<bool> loading_{false};  ///< A CT, from the request on.
   std::atomic<bool> calibrating_{false};
   std::atomic<bool> searching_{false};
-  std::atomic<bool> watching_{false};  ///< A look is waiting for the worker.
+  std::atomic<bool> watching_{false};    ///< A look is waiting for the worker.
+  std::atomic<bool> previewing_{false};  ///< A preview is.
+  std::atomic<std::chrono::steady_clock::time_point> next_preview_{};
+  std::atomic<bool> moved_by_hand_{false};
   std::atomic<bool> stopping_{false};
   mutable std::mutex camera_frame_mutex_;
   std::string camera_frame_;  ///< Of the newest image of the first view.
   std::string bound_frame_;   ///< Below which results stand in tf; empty: none do.
+  mutable std::mutex ct_grid_mutex_;
+  std::optional<VolumeGrid> ct_grid_;
 
   PictureBudget picture_budget_;
 
@@ -162,6 +186,13 @@ class RegistrationWorker {
   FrameMessages last_to_calibrate_;               ///< The newest of them.
   std::optional<RigidTransform> T_fixed_camera_;  ///< Of the frame at hand; the identity without frames/fixed.
   RigidTransform T_fixed_camera_accepted_ = RigidTransform::Identity();  ///< Of pipeline_.lastAcceptedStamp().
+  /// The newest frame that stands somewhere, registered or not.
+  struct NewestFrame {
+    FrameMessages messages;
+    std_msgs::Header header;
+    std::vector<std::optional<ViewInput>> views;  ///< Empty until somebody prepares them.
+  };
+  NewestFrame shown_frame_;
   std::future<void> surface_;
   std::thread thread_;
 };

@@ -32,12 +32,14 @@ DicomView dicomView(const DicomRun& run, const GivenGeometry& given, const std::
   return view;
 }
 
-std::vector<MissingGeometry> missingForBag(const DicomView& view) {
-  std::vector<MissingGeometry> missing;
-  for (const MissingGeometry& one : view.geometry().missing) {
-    if (!one.for_pose) missing.push_back(one);
-  }
-  return missing;
+std::optional<std::size_t> incompletePicture(const DicomView& view) {
+  const auto lacks_something = [](const DicomGeometry& geometry) {
+    return std::any_of(geometry.missing.begin(), geometry.missing.end(),
+                       [](const MissingGeometry& one) { return !one.for_pose; });
+  };
+  const auto found = std::find_if(view.geometries.begin(), view.geometries.end(), lacks_something);
+  if (found == view.geometries.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - view.geometries.begin());
 }
 
 std::optional<RigidTransform> cameraFromCt(const DicomGeometry& geometry, const Eigen::Vector3d& isocentre_ct_mm) {

@@ -25,8 +25,9 @@ struct DicomView {
 /// @param kind  What a person says that the stored values are.
 DicomView dicomView(const DicomRun& run, const GivenGeometry& given, const std::optional<ImageKind>& kind);
 
-/// What a person has to give before it can be written; empty when nothing is missing.
-std::vector<MissingGeometry> missingForBag(const DicomView& view);
+/// The first picture that cannot be written for what its geometry lacks; none when all can. Of a run with functional
+/// groups each picture has its own.
+std::optional<std::size_t> incompletePicture(const DicomView& view);
 
 /// The CT in the camera of a picture; none when the geometry has no pose.
 std::optional<RigidTransform> cameraFromCt(const DicomGeometry& geometry, const Eigen::Vector3d& isocentre_ct_mm);

@@ -85,12 +85,22 @@ void printGeometry(const DicomGeometry& geometry) {
   printRow("first pose", geometry.T_camera_isocentre ? "yes" : "no", "");
 }
 
-void printMissing(const DicomGeometry& geometry) {
-  for (const MissingGeometry& one : geometry.missing) {
-    std::printf("  missing%s: %s; give %s\n", one.for_pose ? " (for a first pose)" : "", one.what.c_str(),
-                one.remedy.c_str());
+void printMissing(const std::string& where, const MissingGeometry& one) {
+  std::printf("  missing%s: %s; give %s\n", where.c_str(), one.what.c_str(), one.remedy.c_str());
+}
+
+/// Of the first picture, or else of the first one that lacks something.
+void printMissing(const DicomView& view) {
+  const DicomGeometry& geometry = view.geometry();
+  const std::optional<std::size_t> other = incompletePicture(view);
+  for (const MissingGeometry& one : geometry.missing) printMissing(one.for_pose ? " (for a first pose)" : "", one);
+  if (geometry.missing.empty() && other) {
+    for (const MissingGeometry& one : view.geometries[*other].missing) {
+      printMissing(" in picture " + std::to_string(*other + 1) + (one.for_pose ? " (for a first pose)" : ""), one);
+    }
+  } else if (geometry.missing.empty()) {
+    std::printf("  nothing is missing\n");
   }
-  if (geometry.missing.empty()) std::printf("  nothing is missing\n");
   for (const std::string& warning : geometry.warnings) std::printf("  warning: %s\n", warning.c_str());
 }
 
@@ -125,7 +135,7 @@ void printInspection(const DicomView& view) {
   printTimes(view);
   printMask(view);
   printGeometry(view.geometry());
-  printMissing(view.geometry());
+  printMissing(view);
 }
 
 nlohmann::json inspectionJson(const DicomView& view) {
