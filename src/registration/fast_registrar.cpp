@@ -168,7 +168,7 @@ void FastRegistrar::spareLevels(FrameObjective* objective, const Solution& solut
 Solution FastRegistrar::track(const RigidTransform& T_camera_ct_start, StepBudget* budget) {
   Engine* engine = bodies_ ? bodies_->restEngine() : engine_.get();
   DeviceViews* views = bodies_ ? bodies_->viewsOfRest(*views_, T_camera_ct_start) : views_.get();
-  FrameObjective objective(engine, views, options_, budget);
+  TrackedObjective objective(engine, views, options_, budget);
   return trackFrame(&objective, *found_, T_camera_ct_start);
 }
 
