@@ -18,12 +18,12 @@ constexpr int kFinestSteps = 8;
 /// Places that one search goes on from: a neighbour bone may look better on the coarsest level.
 constexpr std::size_t kPlaces = 3;
 
-/// On a level a place that is less alike than another one by so much is not gone on with: neither the next level nor
-/// the rest of the steps made up for it in any trial.
+/// On a level a place that is less alike than another one by so much, after some steps, is not gone on with: rivals
+/// count down to accept/clear_margin (0.06) below the best, and no trial's verdict changed by it.
 constexpr double kHopeless = 0.1;
-/// Share of the way from a sure likeness to 1 from which on a search around the start could find nothing better. Right
-/// results of the sessions have 0.88 and more, or are not sure at all; wrong ones, the head from the front mirrored
-/// among them, 0.87 and less.
+/// Share of the way from a sure likeness to 1 from which on a search around the start could find nothing better (0.88).
+/// Right results of the sessions are above, or not sure at all; what a mirrored X-ray makes of the head from the front,
+/// the best of the wrong ones around a start, is at 0.87.
 constexpr double kNothingBetter = 0.4;
 
 /// Coarse to fine, down to the level above the finest; the finest itself where there is no other.
