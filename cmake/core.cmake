@@ -65,6 +65,7 @@ xray_room(registration SOURCES ${registration_sources} ROOMS drr LIBRARIES Eigen
 xray_glob(evaluation_sources evaluation)
 # Trials go through the pipeline, which the compute-only build has not; nor can it read another patient's CT.
 set(trials_sources ${CMAKE_CURRENT_SOURCE_DIR}/src/evaluation/trials.cpp
+                   ${CMAKE_CURRENT_SOURCE_DIR}/src/evaluation/lost_trial.cpp
                    ${CMAKE_CURRENT_SOURCE_DIR}/src/evaluation/wrong_input.cpp
                    ${CMAKE_CURRENT_SOURCE_DIR}/src/evaluation/wrong_views.cpp)
 list(REMOVE_ITEM evaluation_sources ${trials_sources})

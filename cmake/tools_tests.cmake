@@ -50,7 +50,7 @@ if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
     add_test(NAME tools.plot_results COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/plot_results_test.py
              ${CMAKE_CURRENT_BINARY_DIR}/test_work/plot_results)
     xray_test_limits(tools.plot_results 300)
-    foreach(name wrong_inputs moving_bodies peers soak)
+    foreach(name wrong_inputs moving_bodies peers soak latency)
       add_test(NAME tools.${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/tools/${name}_test.py)
       xray_test_limits(tools.${name} 60)
     endforeach()

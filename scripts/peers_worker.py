@@ -111,7 +111,12 @@ class Flashdrr:
         from flashdrr.rendering import VolumeRaycaster
         self.problem, self.make = problem, VolumeRaycaster
         self.volume = problem.mu[None, None]
-        self.index_from_ras = problem.affine.inverse().float()
+        # It numbers voxels by their centres (0 … n - 1), and then reads between their edges: the whole CT is drawn n/(n - 1)
+        # times too large and half a voxel off. Told like this, it draws what the others do.
+        shrink = 1 - 1 / torch.tensor(problem.mu.shape, dtype=torch.float64)
+        by_edges = torch.diag(torch.cat([shrink, torch.ones(1, dtype=torch.float64)]))
+        by_edges[:3, 3] = 0.5 * shrink
+        self.index_from_ras = (by_edges @ problem.affine.inverse()).float()
         self.casters = {}
 
     def caster(self, size):

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "registration/in_plane_distance.h"
 #include "registration/pose_search.h"
@@ -17,79 +18,183 @@ constexpr int kFinestSteps = 8;
 /// Places that one search goes on from: a neighbour bone may look better on the coarsest level.
 constexpr std::size_t kPlaces = 3;
 
-/// Coarse to fine. The search has already been on the coarsest level.
-std::vector<Stage> stagesFrom(int coarsest, const RegistrarOptions& options) {
-  const int first = options.search && coarsest > 1 ? coarsest - 1 : coarsest;
+/// On a level a place that is less alike than another one by so much, after some steps, is not gone on with: rivals
+/// count down to accept/clear_margin (0.06) below the best, and no trial's verdict changed by it.
+constexpr double kHopeless = 0.1;
+/// Share of the way from a sure likeness to 1 from which on a search around the start could find nothing better (0.88).
+/// Right results of the sessions are above, or not sure at all; what a mirrored X-ray makes of the head from the front,
+/// the best of the wrong ones around a start, is at 0.87.
+constexpr double kNothingBetter = 0.4;
+
+/// Coarse to fine, down to the level above the finest; the finest itself where there is no other.
+std::vector<Stage> coarseStages(int first, const RegistrarOptions& options) {
   std::vector<Stage> stages;
-  for (int level = first; level >= 0; --level) {
-    stages.push_back(stageOn(level, level == 0 ? kFinestSteps : kCoarseSteps, options.similarity));
-  }
+  for (int level = first; level >= 1; --level) stages.push_back(stageOn(level, kCoarseSteps, options.similarity));
+  if (stages.empty()) stages.push_back(stageOn(0, kFinestSteps, options.similarity));
   return stages;
 }
 
-/// Goes through the stages from `start`; the weights are set, and renewed from each stage to the next.
-Solution descend(FrameObjective* objective, const std::vector<Stage>& stages, bool leave_out, const Solution& start) {
+/// The search has already been on the coarsest level.
+int levelBelowSearch(int coarsest, const RegistrarOptions& options) {
+  return options.search && coarsest > 1 ? coarsest - 1 : coarsest;
+}
+
+/// The most alike that anything was so far, by stage.
+using MostAlike = std::vector<double>;
+
+/// Runs one stage as FrameObjective::solve does. What is less alike than `hopeless` after some evaluations is left
+/// there, unconverged.
+bool solveUnlessHopeless(FrameObjective* objective, const Stage& stage, double hopeless, Solution* solution) {
+  constexpr int kPatience = 6;
+  int evaluations = 0;
+  double most = -1.0;
+  const auto evaluate = [&](const RigidTransform& pose) -> std::optional<StepSums> {
+    if (evaluations++ >= kPatience && most < hopeless) return std::nullopt;
+    const std::vector<StepSums> sums = objective->evaluate(stage, solution->robust_scale2, {pose});
+    if (sums.empty()) return std::nullopt;
+    most = std::max(most, sums.front().similarity);
+    return sums.front();
+  };
+  const RigidTransform start = solution->T_camera_ct;
+  const GaussNewtonResult end =
+      minimise(evaluate, start, objective->views().centreCt(), objective->solverFor(stage, start));
+  solution->converged = false;
+  if (end.steps == 0) return false;
+  static_cast<GaussNewtonResult&>(*solution) = end;
+  return true;
+}
+
+/// Goes through the stages from `start`; the weights are set, and renewed from each stage to the next. What is hopeless
+/// beside `most` is left on its way.
+Solution descend(FrameObjective* objective, const std::vector<Stage>& stages, bool leave_out, const Solution& start,
+                 MostAlike* most) {
+  most->resize(stages.size(), -1.0);
   Solution solution = start;
   for (std::size_t i = 0; i < stages.size(); ++i) {
     if (i > 0 && leave_out) objective->views().weigh(true, solution.T_camera_ct);
     if (i > 0) solution.robust_scale2 = objective->robustScale(stages[i - 1], solution.T_camera_ct);
     const double coarser_similarity = solution.sums.similarity;
-    if (!objective->solve(stages[i], &solution)) break;
+    const double hopeless = (*most)[i] - kHopeless;
+    if (!solveUnlessHopeless(objective, stages[i], hopeless, &solution)) break;
     solution.coarser_similarity = coarser_similarity;
-    if (solution.failed) break;
+    if (solution.failed || solution.sums.similarity < hopeless) break;
+    (*most)[i] = std::max((*most)[i], solution.sums.similarity);
   }
   return solution;
 }
 
-/// One search and the descents from what it found to the level above the finest. `noticed`: leaving rays out changed
-/// weights. What is sure needs no other places.
-std::vector<Attempt> attemptsFrom(FrameObjective* objective, int coarsest, bool leave_out, const RigidTransform& start,
-                                  int first_index, bool* noticed) {
+Solution at(const RigidTransform& T_camera_ct) {
+  Solution solution;
+  solution.T_camera_ct = T_camera_ct;
+  return solution;
+}
+
+bool isSure(const Attempt& attempt, const RegistrarOptions& options) {
+  return !attempt.solution.failed && attempt.solution.sums.similarity >= options.accept.sure_similarity;
+}
+
+/// Whether rays that the CT cannot explain are left out, and on which level a search looks.
+struct Manner {
+  int coarsest = 0;
+  bool leave_out = false;
+  bool noticed = false;  ///< Leaving rays out changed weights.
+};
+
+/// The descents from places to the level above the finest. What is sure needs no other places.
+std::vector<Attempt> attemptsFrom(FrameObjective* objective, const std::vector<RigidTransform>& places,
+                                  const Attempts& all, Manner* manner) {
   const RegistrarOptions& options = objective->options();
-  *noticed = objective->views().weigh(leave_out, start);
-  std::vector<RigidTransform> places = {start};
-  if (options.search) {
-    const Stage stage{coarsest, coarseSpan(options.similarity), kSearchSteps};
-    places = searchAround(objective, stage, start, first_index, kPlaces);
-  }
-  std::vector<Stage> stages = stagesFrom(coarsest, options);
-  if (stages.size() > 1) stages.pop_back();
+  const std::vector<Stage> stages = coarseStages(levelBelowSearch(manner->coarsest, options), options);
   std::vector<Attempt> attempts;
+  MostAlike most;
   for (const RigidTransform& place : places) {
-    if (leave_out && options.search) *noticed |= objective->views().weigh(true, place);
-    Solution found;
-    found.T_camera_ct = place;
-    attempts.push_back({descend(objective, stages, leave_out, found), leave_out});
-    const Solution& solution = attempts.back().solution;
-    if (!solution.failed && solution.sums.similarity >= options.accept.sure_similarity) break;
+    manner->noticed |= objective->views().weigh(manner->leave_out, place);
+    MostAlike with_this = most;
+    attempts.push_back({descend(objective, stages, manner->leave_out, at(place), &with_this), manner->leave_out});
+    if (all.isUsable(attempts.back())) most = with_this;  // What is out of reach outdoes nothing.
+    if (isSure(attempts.back(), options)) break;
   }
   return attempts;
 }
 
-/// Whether the X-ray shows the cut as the CT does (a specimen, a phantom) or a body that goes on is not known before:
-/// both are tried, what matches better tells, and goes on to the finest level. The others are its rivals.
-Attempt searchAndDescend(FrameObjective* objective, int coarsest, const RigidTransform& start, int first_index,
-                         Attempts* all) {
+/// From the start alone, as long as it is so alike that a search could find nothing better; else nothing.
+std::vector<Attempt> attemptFromStart(FrameObjective* objective, const RigidTransform& start, const Attempts& all,
+                                      Manner* manner) {
   const RegistrarOptions& options = objective->options();
-  bool noticed = false;
-  std::vector<Attempt> made =
-      attemptsFrom(objective, coarsest, options.truncation_weights, start, first_index, &noticed);
-  if (noticed) {
-    for (const Attempt& whole : attemptsFrom(objective, coarsest, false, start, first_index, &noticed)) {
-      made.push_back(whole);
-    }
+  const double sure = options.accept.sure_similarity;
+  const double enough = sure + kNothingBetter * (1.0 - sure);
+  const std::vector<Stage> stages = coarseStages(manner->coarsest, options);
+  MostAlike most(stages.size(), enough + kHopeless);
+  manner->noticed |= objective->views().weigh(manner->leave_out, start);
+  const Attempt attempt{descend(objective, stages, manner->leave_out, at(start), &most), manner->leave_out};
+  if (!all.isUsable(attempt) || attempt.solution.sums.similarity < enough) return {};
+  return {attempt};
+}
+
+/// A search and the descents from what it found. The first one of a cold start is left out where the start itself leads
+/// to what is sure; a later one ranks on the coarsest level, too, and goes on from a finer one.
+std::vector<Attempt> searchFrom(FrameObjective* objective, const RigidTransform& start, int attempt,
+                                const Attempts& all, Manner* manner) {
+  const RegistrarOptions& options = objective->options();
+  if (!options.search) return attemptsFrom(objective, {start}, all, manner);
+  if (attempt == 0) {
+    std::vector<Attempt> direct = attemptFromStart(objective, start, all, manner);
+    if (!direct.empty()) return direct;
   }
+  manner->noticed |= objective->views().weigh(manner->leave_out, start);
+  const Stage ranked_on{manner->coarsest, coarseSpan(options.similarity), kSearchSteps};
+  Stage refined_on = ranked_on;
+  if (attempt > 0) refined_on.level = manner->coarsest = std::max(manner->coarsest - 1, 0);
+  return attemptsFrom(
+      objective, searchAround(objective, ranked_on, refined_on, start, 1 + attempt * options.search_poses, kPlaces),
+      all, manner);
+}
+
+/// Whether the X-ray shows the cut as the CT does (a specimen, a phantom) or a body that goes on is not known before:
+/// both are tried, and what matches better tells. Where one of them is sure, the other one is looked at there only.
+std::vector<Attempt> searchBothWays(FrameObjective* objective, int coarsest, const RigidTransform& start, int attempt,
+                                    const Attempts& all) {
+  const RegistrarOptions& options = objective->options();
+  Manner as_cut{coarsest, options.truncation_weights, false};
+  std::vector<Attempt> made = searchFrom(objective, start, attempt, all, &as_cut);
+  if (!as_cut.noticed) return made;
+  const Attempt& best = made[all.bestOf(made)];
+  Manner whole{coarsest, false, false};
+  const std::vector<Attempt> more = isSure(best, options)
+                                        ? attemptsFrom(objective, {best.solution.T_camera_ct}, all, &whole)
+                                        : searchFrom(objective, start, attempt, all, &whole);
+  made.insert(made.end(), more.begin(), more.end());
+  return made;
+}
+
+/// Goes on to the finest level, where there is another one above it.
+void finish(FrameObjective* objective, int coarsest, Attempt* attempt) {
+  const RegistrarOptions& options = objective->options();
+  objective->views().weigh(attempt->leave_out, attempt->solution.T_camera_ct);
+  if (coarsest == 0 || attempt->solution.failed) return;
+  const Stage coarse = coarseStages(1, options).front();
+  attempt->solution.robust_scale2 = objective->robustScale(coarse, attempt->solution.T_camera_ct);
+  MostAlike most;
+  attempt->solution =
+      descend(objective, {stageOn(0, kFinestSteps, options.similarity)}, attempt->leave_out, attempt->solution, &most);
+}
+
+/// The best of a search goes on to the finest level, unless it only finds the best again; the others are its rivals.
+void searchAndDescend(FrameObjective* objective, int coarsest, const RigidTransform& start, int attempt,
+                      Attempts* all) {
+  // The finest level moves a place by less than that.
+  constexpr double kSamePlace = 0.5;
+  std::vector<Attempt> made = searchBothWays(objective, coarsest, start, attempt, *all);
   const std::size_t best_made = all->bestOf(made);
   Attempt best = made[best_made];
   made.erase(made.begin() + static_cast<std::ptrdiff_t>(best_made));
   for (const Attempt& rival : made) all->addRival(rival);
-  objective->views().weigh(best.leave_out, best.solution.T_camera_ct);
-  const std::vector<Stage> stages = stagesFrom(coarsest, options);
-  if (stages.size() > 1 && !best.solution.failed) {
-    best.solution.robust_scale2 = objective->robustScale(stages[stages.size() - 2], best.solution.T_camera_ct);
-    best.solution = descend(objective, {stages.back()}, best.leave_out, best.solution);
+  if (attempt > 0 && all->distanceMm(best) < kSamePlace * objective->options().accept.max_disagreement_mm) {
+    all->addConfirmation(best);
+    return;
   }
-  return best;
+  finish(objective, attempt == 0 ? coarsest : std::max(coarsest - 1, 0), &best);
+  all->add(best);
 }
 
 /// Descends from several places to the level above the finest: the most alike is where to start, the others are rivals.
@@ -97,14 +202,13 @@ RigidTransform bestStart(FrameObjective* objective, int coarsest, const std::vec
                          Attempts* all) {
   if (starts.size() == 1) return starts.front();
   const bool leave_out = objective->options().truncation_weights;
-  std::vector<Stage> stages = stagesFrom(coarsest, objective->options());
-  if (stages.size() > 1) stages.pop_back();
+  const std::vector<Stage> stages =
+      coarseStages(levelBelowSearch(coarsest, objective->options()), objective->options());
   std::vector<Attempt> found;
+  MostAlike most;
   for (const RigidTransform& start : starts) {
     objective->views().weigh(leave_out, start);
-    Solution solution;
-    solution.T_camera_ct = start;
-    found.push_back({descend(objective, stages, leave_out, solution), leave_out});
+    found.push_back({descend(objective, stages, leave_out, at(start), &most), leave_out});
   }
   const std::size_t best = all->bestOf(found);
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -141,15 +245,19 @@ std::size_t Attempts::bestOf(const std::vector<Attempt>& attempts) const {
 
 const Attempt& Attempts::best() const { return all_[bestOf(all_)]; }
 
+double Attempts::distanceMm(const Attempt& attempt) const {
+  const Attempt& winner = best();
+  if (winner.solution.failed || attempt.solution.failed) return std::numeric_limits<double>::max();
+  return inPlaneDistance(winner.solution.T_camera_ct, attempt.solution.T_camera_ct, centre_ct_);
+}
+
 double Attempts::disagreementMm() const {
   double nearest = std::numeric_limits<double>::max();
   const std::size_t best = bestOf(all_);
-  if (all_[best].solution.failed) return nearest;
   for (std::size_t i = 0; i < all_.size(); ++i) {
-    if (i == best || all_[i].solution.failed) continue;
-    nearest =
-        std::min(nearest, inPlaneDistance(all_[best].solution.T_camera_ct, all_[i].solution.T_camera_ct, centre_ct_));
+    if (i != best) nearest = std::min(nearest, distanceMm(all_[i]));
   }
+  for (const Attempt& confirmation : confirmations_) nearest = std::min(nearest, distanceMm(confirmation));
   return nearest;
 }
 
@@ -179,8 +287,7 @@ ColdStartResult startCold(FrameObjective* objective, const std::vector<RigidTran
   const RigidTransform start = bestStart(objective, coarsest, starts, &attempts);
   std::optional<Confirmation> confirmation;
   for (int i = 0; i < kMostAttempts && !objective->exceeded(); ++i) {
-    const int level = i == 0 ? coarsest : std::max(coarsest - 1, 0);
-    attempts.add(searchAndDescend(objective, level, start, 1 + i * options.search_poses, &attempts));
+    searchAndDescend(objective, coarsest, start, i, &attempts);
     const Solution& best = attempts.best().solution;
     const bool sure = !best.failed && best.likeness() >= options.accept.sure_similarity &&
                       standsAlone(best.likeness(), best.sums.inlier_fraction, accept);

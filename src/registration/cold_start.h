@@ -41,9 +41,17 @@ class Attempts {
   void add(const Attempt& attempt) { all_.push_back(attempt); }
   /// What a search found beside its best, down to the level above the finest.
   void addRival(const Attempt& attempt) { rivals_.push_back(attempt); }
+  /// What found the best again, on the level above the finest: it never is the best itself.
+  void addConfirmation(const Attempt& attempt) { confirmations_.push_back(attempt); }
 
   /// The most alike that did not fail; the first one when all failed.
   const Attempt& best() const;
+
+  /// Did not fail, and is in reach.
+  bool isUsable(const Attempt& attempt) const;
+
+  /// In-plane distance from the best to an attempt, mm; a huge number when either failed.
+  double distanceMm(const Attempt& attempt) const;
 
   /// In-plane distance from the best to the nearest other one that did not fail, mm; a huge number without one.
   double disagreementMm() const;
@@ -55,12 +63,11 @@ class Attempts {
   std::size_t bestOf(const std::vector<Attempt>& attempts) const;
 
  private:
-  bool isUsable(const Attempt& attempt) const;
-
   Eigen::Vector3d centre_ct_;
   Reach reach_;
   std::vector<Attempt> all_;
   std::vector<Attempt> rivals_;
+  std::vector<Attempt> confirmations_;
 };
 
 /// What a cold start gives.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "registration/discrete_hypotheses.h"
@@ -16,20 +17,22 @@ namespace {
 
 /// Side and orientation show in small images.
 constexpr int kSide = 128;
-/// Of a view with CT behind them.
+/// Of a view with CT behind them: where hypotheses are searched for, and where what is left of them is compared.
+constexpr double kSearchedPixels = 700.0;
 constexpr double kPixels = 12000.0;
 constexpr int kSteps = 10;
+/// Around the start, where what was told wrongly would be put right; the start itself is nearly always near enough.
+constexpr int kSearchPoses = 32;
 /// σ, and how much more likeness than the solution's, that is no chance.
 constexpr double kBetter = 2.5;
 constexpr double kBetterLikeness = 0.02;
 /// A likeness that leaves no room for anything that is so much better. A head whose X-ray is mirrored reaches 0.97 from
 /// its other side.
 constexpr double kNothingBetter = 1.0 - kBetterLikeness;
-/// Likeness on the coarsest level that a hypothesis may lack against the solution's and still be looked at closer.
+/// Likeness in the searched images that a hypothesis may lack against the solution's and still be looked at closer.
 constexpr double kWorthALook = 0.05;
 
-ViewInput reduced(const ViewInput& view) {
-  const int factor = std::max(1, std::min(view.xray->camera.width, view.xray->camera.height) / kSide);
+ViewInput reduced(const ViewInput& view, int factor) {
   if (factor == 1) return view;
   XrayFrame frame;
   frame.camera = view.xray->camera.binned(factor);
@@ -48,36 +51,47 @@ struct Likeness {
 /// Small images on the device, with the objective over them.
 class SmallFrame {
  public:
-  SmallFrame(Engine* engine, const PutRight& frame, const RegistrarOptions& options)
-      : views_(engine), budget_(std::numeric_limits<int>::max()), objective_(engine, &views_, options, &budget_) {
-    views_.upload(frame.views, frame.T_camera_ct_start, kPixels);
+  SmallFrame(Engine* engine, const PutRight& frame, const RegistrarOptions& options, double pixels = kPixels)
+      : options_(options),
+        views_(engine),
+        budget_(std::numeric_limits<int>::max()),
+        objective_(engine, &views_, options_, &budget_) {
+    options_.search_poses = std::min(options.search_poses, kSearchPoses);
+    views_.upload(frame.views, frame.T_camera_ct_start, pixels);
     solution_.T_camera_ct = frame.T_camera_ct_start;
   }
 
-  int coarsest() { return views_.coarsestLevel(solution_.T_camera_ct); }
+  const RigidTransform& pose() const { return solution_.T_camera_ct; }
+  int coarsest() { return views_.coarsestLevel(pose()); }
+  int binningOf(std::size_t view) const {
+    const DeviceViews::View& seen = views_.views()[view];
+    return static_cast<int>(std::lround(seen.told.fx / seen.level(0).camera.fx));
+  }
 
-  /// Searches around the start on a level, or on the coarsest that there is; the likeness there.
+  /// Searches around where it stands on a level, or on the coarsest that there is; the likeness there.
   double search(int level) {
     level = std::min(level, views_.lastLevel());
     const Similarity similarity = objective_.options().similarity;
-    solution_.T_camera_ct =
-        searchAround(&objective_, {level, coarseSpan(similarity), kSteps}, solution_.T_camera_ct, 1, 1).front();
+    solution_.T_camera_ct = searchAround(&objective_, {level, coarseSpan(similarity), kSteps}, pose(), 1, 1).front();
     return refine(level);
   }
 
-  /// Goes on to a level from where it stands; the likeness there.
+  /// Goes on to a level, or to the coarsest that there is, from where it stands; the likeness there.
   double refine(int level) {
+    level = std::min(level, views_.lastLevel());
     const Similarity similarity = objective_.options().similarity;
     objective_.solve({level, coarseSpan(similarity), kSteps}, &solution_);
     return solution_.failed ? -1.0 : solution_.sums.similarity;
   }
 
-  Likeness likenessOn(int level) {
-    for (int i = level + 1; i >= level; --i) {
-      if (i <= views_.lastLevel()) refine(i);
+  /// On the finest level, after a descent to it.
+  Likeness likeness() {
+    for (int level = coarsest(); level >= 0; --level) {
+      if (level != 0 && level != 1 && level != coarsest()) continue;
+      refine(level);
     }
     const std::vector<float> windows =
-        objective_.correlations({level, finestSpan(objective_.options().similarity), 1}, solution_.T_camera_ct);
+        objective_.correlations({0, finestSpan(objective_.options().similarity), 1}, pose());
     Likeness likeness;
     if (windows.size() < 2 || solution_.failed) return likeness;
     double sum = 0.0;
@@ -93,6 +107,7 @@ class SmallFrame {
   }
 
  private:
+  RegistrarOptions options_;
   DeviceViews views_;
   StepBudget budget_;
   FrameObjective objective_;
@@ -105,39 +120,43 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
                               const RigidTransform& T_camera_ct_start, const Solution& solution, bool found,
                               const RegistrarOptions& options) {
   if (found && solution.likeness() > kNothingBetter) return {};
+  // What is searched for shows in smaller images than what is compared.
+  SmallFrame as_told(engine, {views, solution.T_camera_ct}, options, kSearchedPixels);
+  const int level = as_told.coarsest();
+  const double least = as_told.refine(level) - kWorthALook;
   PutRight told{{}, solution.T_camera_ct};
+  PutRight smaller = told;
   std::vector<std::string> names;
-  names.reserve(views.size());
-  told.views.reserve(views.size());
-  for (const ViewInput& view : views) {
-    told.views.push_back(reduced(view));
-    names.push_back(view.name);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const XrayCamera& camera = views[i].xray->camera;
+    told.views.push_back(reduced(views[i], std::max(1, std::min(camera.width, camera.height) / kSide)));
+    smaller.views.push_back(reduced(views[i], as_told.binningOf(i)));
+    names.push_back(views[i].name);
   }
-  SmallFrame as_told(engine, told, options);
-  const int coarsest = as_told.coarsest();
-  const double coarse_likeness = as_told.refine(coarsest);
-  const Likeness told_likeness = as_told.likenessOn(0);
+  std::optional<Likeness> told_likeness;
 
   DiscreteOpinion opinion;
   double most = kBetter;
+  const Eigen::Vector3d centre_ct = engine->volume().centreCt();
   const DiscreteHypotheses hypotheses(names);
   for (std::size_t i = 0; i < hypotheses.all().size(); ++i) {
     const DiscreteHypothesis& hypothesis = hypotheses.all()[i];
     if (found && !hypothesis.keeps_likeness) continue;
-    SmallFrame other(
-        engine,
-        hypotheses.putRight(i, told.views, T_camera_ct_start, solution.T_camera_ct, engine->volume().centreCt()),
-        options);
-    if (other.search(coarsest) < coarse_likeness - kWorthALook) continue;
-    const Likeness likeness = other.likenessOn(0);
-    const double gain = likeness.mean - told_likeness.mean;
-    const double sigma = std::hypot(likeness.sigma, told_likeness.sigma);
+    SmallFrame other(engine, hypotheses.putRight(i, smaller.views, T_camera_ct_start, solution.T_camera_ct, centre_ct),
+                     options);
+    if (other.search(level) < least) continue;
+    if (!told_likeness) told_likeness = SmallFrame(engine, told, options).likeness();
+    PutRight closer = hypotheses.putRight(i, told.views, T_camera_ct_start, solution.T_camera_ct, centre_ct);
+    closer.T_camera_ct_start = other.pose();
+    const Likeness likeness = SmallFrame(engine, closer, options).likeness();
+    const double gain = likeness.mean - told_likeness->mean;
+    const double sigma = std::hypot(likeness.sigma, told_likeness->sigma);
     if (likeness.mean < options.accept.min_similarity || gain < kBetterLikeness || gain < most * sigma) continue;
     most = gain / sigma;
     opinion.suspicions = {{hypothesis.what, hypothesis.in_words, gain, sigma, "", 0.0, true}};
     opinion.refusal = hypothesis.in_words + ": that would explain it better than what was told (likeness " +
                       std::to_string(likeness.mean).substr(0, 5) + " instead of " +
-                      std::to_string(told_likeness.mean).substr(0, 5) + "); " + hypothesis.remedy;
+                      std::to_string(told_likeness->mean).substr(0, 5) + "); " + hypothesis.remedy;
   }
   return opinion;
 }

@@ -168,7 +168,7 @@ void FastRegistrar::spareLevels(FrameObjective* objective, const Solution& solut
 Solution FastRegistrar::track(const RigidTransform& T_camera_ct_start, StepBudget* budget) {
   Engine* engine = bodies_ ? bodies_->restEngine() : engine_.get();
   DeviceViews* views = bodies_ ? bodies_->viewsOfRest(*views_, T_camera_ct_start) : views_.get();
-  FrameObjective objective(engine, views, options_, budget);
+  TrackedObjective objective(engine, views, options_, budget);
   return trackFrame(&objective, *found_, T_camera_ct_start);
 }
 
@@ -207,10 +207,8 @@ void FastRegistrar::checkSetup(const std::vector<ViewInput>& inputs, const Solut
     std::vector<std::string> names;
     names.reserve(inputs.size());
     for (const ViewInput& input : inputs) names.push_back(input.name);
-    if (searched) {
-      setup_check_->forget();
-      views_->weigh(found_->leave_out_unexplained, solution.T_camera_ct);
-    }
+    if (searched) setup_check_->forget();
+    views_->weigh(found_->leave_out_unexplained, solution.T_camera_ct);  // On all tiles.
     if (bodies_) bodies_->leaveOutOf(views_.get(), solution.T_camera_ct);
     SetupObjective objective(engine_.get(), views_.get(), budget);
     SetupOpinion opinion = setup_check_->look(&objective, solution, names, options_.accept);

@@ -9,7 +9,9 @@
 namespace xray_registration {
 namespace {
 
+/// Poses that are refined; where only the best place is asked for.
 constexpr std::size_t kRefined = 8;
+constexpr std::size_t kRefinedForOne = 4;
 
 /// Element `index` of the Halton sequence in `base`: fills the unit interval evenly, the same on every machine.
 double halton(int index, int base) {
@@ -38,14 +40,15 @@ std::vector<RigidTransform> posesAround(const RigidTransform& start, const Eigen
   return poses;
 }
 
-std::vector<RigidTransform> bestOf(const std::vector<RigidTransform>& poses, const std::vector<StepSums>& ranked) {
+std::vector<RigidTransform> bestOf(const std::vector<RigidTransform>& poses, const std::vector<StepSums>& ranked,
+                                   std::size_t count) {
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), 0);
   // The start itself always takes part.
   std::stable_sort(order.begin() + 1, order.end(),
                    [&](std::size_t a, std::size_t b) { return orderedCost(ranked[a]) < orderedCost(ranked[b]); });
   std::vector<RigidTransform> best;
-  for (std::size_t i = 0; i < std::min(kRefined, order.size()); ++i) best.push_back(poses[order[i]]);
+  for (std::size_t i = 0; i < std::min(count, order.size()); ++i) best.push_back(poses[order[i]]);
   return best;
 }
 
@@ -71,15 +74,20 @@ std::vector<RigidTransform> placesOf(std::vector<GaussNewtonResult> refined, con
 
 std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
                                          int first_index, std::size_t places) {
+  return searchAround(objective, stage, stage, start, first_index, places);
+}
+
+std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& ranked_on, const Stage& refined_on,
+                                         const RigidTransform& start, int first_index, std::size_t places) {
   const Eigen::Vector3d& centre_ct = objective->views().centreCt();
   const std::vector<RigidTransform> poses = posesAround(start, centre_ct, objective->options(), first_index);
-  const std::vector<StepSums> ranked = objective->evaluate(stage, kNotRobust, poses);
+  const std::vector<StepSums> ranked = objective->evaluate(ranked_on, kNotRobust, poses);
   if (ranked.empty()) return {start};
   const auto batch = [&](const std::vector<RigidTransform>& asked) {
-    return objective->evaluate(stage, kNotRobust, asked);
+    return objective->evaluate(refined_on, kNotRobust, asked);
   };
-  return placesOf(minimiseMany(batch, bestOf(poses, ranked), centre_ct, objective->solverFor(stage, start)), centre_ct,
-                  places);
+  const std::vector<RigidTransform> refined = bestOf(poses, ranked, places == 1 ? kRefinedForOne : kRefined);
+  return placesOf(minimiseMany(batch, refined, centre_ct, objective->solverFor(refined_on, start)), centre_ct, places);
 }
 
 }  // namespace xray_registration

@@ -6,11 +6,22 @@ namespace xray_registration {
 namespace {
 
 /// Share of the finest level's tiles that are used, and the evaluations there and on the level before.
-constexpr double kTiles = 0.65;
-constexpr int kFinestSteps = 2;
+constexpr double kTiles = 0.5;
+constexpr int kFinestSteps = 1;
 constexpr int kSteps = 8;
+/// A step that is short enough for the finest level to follow it, pixels.
+constexpr double kShortPixels = 0.15;
 
 }  // namespace
+
+GaussNewtonOptions TrackedObjective::solverFor(const Stage& stage, const RigidTransform& start) const {
+  GaussNewtonOptions solver = FrameObjective::solverFor(stage, start);
+  if (stage.level > 0) {
+    const double pixel_mm = views().views().front().level(stage.level).camera.pixelSizeAt(solver.depth_mm);
+    solver.stop_mm = solver.max_untested_step_mm = kShortPixels * pixel_mm;
+  }
+  return solver;
+}
 
 Solution trackFrame(FrameObjective* objective, const ColdStart& found, const RigidTransform& start) {
   const Similarity similarity = objective->options().similarity;

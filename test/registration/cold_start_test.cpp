@@ -57,6 +57,18 @@ TEST(Attempts, OneThatFailedConfirmsNothing) {
   EXPECT_GT(all_failed.disagreementMm(), 1e6);
 }
 
+TEST(Attempts, WhatFoundTheBestAgainConfirmsItAndIsNotTheBest) {
+  Attempts attempts(kCentre);
+  attempts.add(attempt(0.0, 0.6));
+  attempts.add(attempt(20.0, 0.5));
+  EXPECT_NEAR(attempts.distanceMm(attempt(0.3, 0.65)), 0.3, 1e-9);
+  EXPECT_GT(attempts.distanceMm(attempt(0.3, 0.65, true)), 1e6);
+  attempts.addConfirmation(attempt(0.3, 0.65));  // On a coarser level, where more is alike.
+  EXPECT_EQ(placeOf(attempts.best()), 0.0);
+  EXPECT_NEAR(attempts.disagreementMm(), 0.3, 1e-9);
+  EXPECT_EQ(attempts.rival().similarity, 0.5);
+}
+
 TEST(Attempts, TheRivalIsTheMostAlikeOfWhatWasFoundElsewhere) {
   Attempts attempts(kCentre);
   attempts.add(attempt(0.0, 0.7));
