@@ -221,15 +221,13 @@ void readCalibration(const YAML::Node& tree, int* frames) {
 }
 
 void readClicks(const YAML::Node& tree, ClickParameters* clicks) {
-  static const std::regex kTopic("/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*");
-  static const std::regex kSuffix("[A-Za-z0-9_/]+");
   ParameterGroup group(tree, "clicks");
   group.words("point_topic", &clicks->point_topic);
   group.words("pixel_suffix", &clicks->pixel_suffix);
-  if (!std::regex_match(clicks->point_topic, kTopic)) {
+  if (!isNamePath(clicks->point_topic)) {
     group.fail("point_topic", clicks->point_topic, "the name of a topic");
   }
-  if (!std::regex_match(clicks->pixel_suffix, kSuffix)) {
+  if (clicks->pixel_suffix.empty() || !isNamePath("image" + clicks->pixel_suffix)) {
     group.fail("pixel_suffix", clicks->pixel_suffix, "letters, digits, _ and /");
   }
   group.refuseUnknown();

@@ -14,8 +14,8 @@ namespace {
 constexpr double kSpacingRad = 0.25;      // Between orientations: what refines from half of it is found.
 constexpr double kBoneSpacingRad = 0.17;  // A bone among others has more look-alikes nearby.
 constexpr double kDepthRatio = 1.12;      // Between depths: sizes that differ by less look alike.
-constexpr double kShadowPixels = 24.0;  // Along what is seen of the CT,
-constexpr double kBonePixels = 32.0;  // of a bone among others.
+constexpr double kShadowPixels = 24.0;    // Along what is seen of the CT,
+constexpr double kBonePixels = 32.0;      // of a bone among others.
 constexpr int kLargestSide = 64;
 constexpr int kLargestReach = 40;
 // A CT that covers less of the image's side is one body among others.
