@@ -182,7 +182,7 @@ TEST_F(Localize, WhatIsLostIsFoundElsewhere) {
   RegistrationStatus status;
   ASSERT_TRUE(waitFor([&] { return (status = send(elsewhere)).accepted; }, 60.0)) << status.reason;
   const PoseError error = scene_->error(fromPose(status.pose), elsewhere);
-  EXPECT_LT(error.inplane_mm, kInplaneTolerance);
+  EXPECT_LT(error.inplane_mm, kInplaneTolerance) << "similarity " << status.similarity;
 }
 
 }  // namespace
