@@ -36,8 +36,7 @@ std::vector<GaussNewtonResult> hopeful(const std::vector<GaussNewtonResult>& res
 
 FastWideSearch::FastWideSearch(Engine* engine, std::vector<ViewInput> inputs, const RegistrarOptions& options,
                                const WideSearchRange& range)
-    : engine_(engine),
-      inputs_(std::move(inputs)),
+    : inputs_(std::move(inputs)),
       options_(options),
       ranking_(engine, inputs_, range),
       budget_(std::numeric_limits<int>::max()),

@@ -26,7 +26,6 @@ class FastWideSearch : public WideSearch {
   void beginLevel(const std::vector<RigidTransform>& starts);
   std::vector<StepSums> evaluate(const std::vector<RigidTransform>& poses);
 
-  Engine* engine_;
   std::vector<ViewInput> inputs_;
   RegistrarOptions options_;
   PlaceRanking ranking_;

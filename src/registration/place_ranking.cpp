@@ -33,6 +33,7 @@ std::vector<double> depthsBetween(double nearest_mm, double farthest_mm) {
   const int steps =
       std::max(1, static_cast<int>(std::ceil(std::log(farthest_mm / nearest_mm) / std::log(kDepthRatio))));
   std::vector<double> depths;
+  depths.reserve(static_cast<std::size_t>(steps));
   // Each stands for its part of the range.
   for (int i = 0; i < steps; ++i) depths.push_back(nearest_mm * std::pow(farthest_mm / nearest_mm, (i + 0.5) / steps));
   return depths;

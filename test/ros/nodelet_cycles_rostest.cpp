@@ -33,8 +33,10 @@ Use used() {
 }
 
 TEST(NodeletCycles, LeaveNothingBehind) {
-  constexpr int kCycles = 100;
-  constexpr int kWarmUp = 20;  // Kernels, plugins and pools are loaded once.
+  constexpr int kCycles = 160;
+  // Kernels, plugins and pools are loaded once, and only every fifth cycle opens the device: 190 MiB are reached after
+  // some hundred cycles, and are the same after 220.
+  constexpr int kWarmUp = 100;
   nodelet::Loader loader(false);
   Use before;
   for (int i = 0; i < kCycles; ++i) {
@@ -56,8 +58,9 @@ TEST(NodeletCycles, LeaveNothingBehind) {
   // A connection to another node, or a thread that is just ending, may come and go.
   EXPECT_LE(after.descriptors, before.descriptors + 4);
   EXPECT_LE(after.threads, before.threads + 2);
-  // A tenth of a MiB a cycle: less than the smallest thing that a node owns (a program of the device has several).
-  EXPECT_LT(after.resident_mb, before.resident_mb + 0.1 * (kCycles - kWarmUp));
+  // Less than the smallest thing that a node owns: a program of the device, which every fifth cycle makes, has several
+  // MiB. Pools go up and down by 7 MiB.
+  EXPECT_LT(after.resident_mb, before.resident_mb + 0.15 * (kCycles - kWarmUp));
 }
 
 }  // namespace
