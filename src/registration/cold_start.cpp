@@ -22,8 +22,8 @@ constexpr std::size_t kPlaces = 3;
 /// count down to accept/clear_margin (0.06) below the best, and no trial's verdict changed by it.
 constexpr double kHopeless = 0.1;
 /// Share of the way from a sure likeness to 1 from which on a search around the start could find nothing better (0.96).
-/// Wrong results around a start reach 0.87 (the head from the front, mirrored), and a smooth phantom, turned by 34 degrees
-/// in the image, was 0.90 alike 12 mm away from where it was.
+/// Wrong results around a start reach 0.87 (the head from the front, mirrored), and a smooth phantom, turned by 34
+/// degrees in the image, was 0.90 alike 12 mm away from where it was.
 constexpr double kNothingBetter = 0.8;
 
 /// Coarse to fine, down to the level above the finest; the finest itself where there is no other.

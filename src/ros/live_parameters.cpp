@@ -76,6 +76,16 @@ std::size_t countOf(const dynamic_reconfigure::Config& message) {
   return message.bools.size() + message.ints.size() + message.doubles.size() + message.strs.size();
 }
 
+std::string unknownName(const std::string& name, const std::map<std::string, std::string>& kinds) {
+  std::string allowed;
+  for (const auto& [other, unused] : kinds) allowed += (allowed.empty() ? "" : ", ") + other;
+  return "there is no parameter '" + name + "'; allowed: " + allowed;
+}
+
+std::string otherKind(const std::string& name, const std::string& given, const std::string& allowed) {
+  return name + " is given as " + given + "; allowed: " + allowed;
+}
+
 }  // namespace
 
 std::string unknownParameter(const dynamic_reconfigure::Config& asked, const dynamic_reconfigure::Config& known) {
@@ -83,12 +93,8 @@ std::string unknownParameter(const dynamic_reconfigure::Config& asked, const dyn
   const std::map<std::string, std::string> asked_kinds = kindsOf(asked);
   for (const auto& [name, kind] : asked_kinds) {
     const auto found = kinds.find(name);
-    if (found == kinds.end()) {
-      std::string allowed;
-      for (const auto& [other, unused] : kinds) allowed += (allowed.empty() ? "" : ", ") + other;
-      return "there is no parameter '" + name + "'; allowed: " + allowed;
-    }
-    if (found->second != kind) return name + " is given as " + kind + "; allowed: " + found->second;
+    if (found == kinds.end()) return unknownName(name, kinds);
+    if (found->second != kind) return otherKind(name, kind, found->second);
   }
   return asked_kinds.size() == countOf(asked) ? "" : "a parameter is given twice";
 }
