@@ -156,8 +156,7 @@ TEST(DiscreteHypotheses, AMirroredImageOfWhatIsAlikeOnBothSidesIsSeenFromTheOthe
 TEST(DiscreteHypotheses, FromBehindIsAHalfTurnAboutTheVertical) {
   const DiscreteHypotheses hypotheses({""});
   const std::string words = "the X-ray looks mirrored, and the CT seen from its other side";
-  const PutRight right =
-      hypotheses.putRight(indexOf(hypotheses, words), {view("", 0.0F)}, start(), start(), kCentreCt);
+  const PutRight right = hypotheses.putRight(indexOf(hypotheses, words), {view("", 0.0F)}, start(), start(), kCentreCt);
   const Eigen::Matrix3d turn = right.T_camera_ct_start.linear() * start().linear().transpose();
   EXPECT_TRUE(turn.isApprox(Eigen::Vector3d(-1.0, 1.0, -1.0).asDiagonal().toDenseMatrix(), 1e-9)) << turn;
   EXPECT_NEAR((right.T_camera_ct_start * kCentreCt).z(), (start() * kCentreCt).z(), 1e-9);

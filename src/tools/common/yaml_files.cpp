@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "xray_registration/pipeline/pose_yaml.h"
 #include "xray_registration/common/yaml_file.h"
+#include "xray_registration/pipeline/pose_yaml.h"
 
 namespace xray_registration::tools {
 namespace {

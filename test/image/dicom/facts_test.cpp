@@ -54,9 +54,7 @@ TEST(FactsTest, NumbersThatAreNotFiniteAreNotStated) {
   EXPECT_FALSE(header.frames[0].primary_deg);
 }
 
-TEST(FactsTest, ATimeWithAnyNumberOfDigits) {
-  EXPECT_EQ(secondsOfDay("000001." + std::string(400, '0') + "1"), 1.0);
-}
+TEST(FactsTest, ATimeWithAnyNumberOfDigits) { EXPECT_EQ(secondsOfDay("000001." + std::string(400, '0') + "1"), 1.0); }
 
 // Each frame half a day before the last one: looked at in a moment, however many there are.
 TEST(FactsTest, ManyMidnights) {
