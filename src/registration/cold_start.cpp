@@ -311,7 +311,6 @@ ColdStartResult startCold(FrameObjective* objective, const std::vector<RigidTran
   const Attempt& best = attempts.best();
   const Solution& found = best.solution;
   return {found,
-          start,
           {coarsest, found.robust_scale2, best.leave_out, found.likeness(), found.sums.inlier_fraction},
           confirmation};
 }

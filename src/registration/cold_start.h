@@ -73,7 +73,6 @@ class Attempts {
 /// What a cold start gives.
 struct ColdStartResult {
   Solution solution;
-  RigidTransform T_camera_ct_start = RigidTransform::Identity();  ///< Where the search around it began.
   ColdStart found;
   std::optional<Confirmation> confirmation;  ///< None when the likeness alone is sure.
 };

@@ -124,7 +124,7 @@ RegistrationResult FastRegistrar::registerFrom(const std::vector<ViewInput>& inp
     const ColdStartResult cold = startCold(&objective, starts);
     solution = cold.solution;
     // Where a wide search begins to look closer bounds nothing.
-    history.T_camera_ct_start = starts.size() > 1 ? solution.T_camera_ct : cold.T_camera_ct_start;
+    if (starts.size() > 1) history.T_camera_ct_start = solution.T_camera_ct;
     history.confirmation = cold.confirmation;
     found_ = std::make_unique<ColdStart>(cold.found);
   }

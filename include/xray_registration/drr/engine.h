@@ -94,10 +94,6 @@ class Engine {
   /// Line integrals.
   virtual FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) = 0;
 
-  /// The same for many poses in one launch.
-  virtual std::vector<FloatImage> renderMany(const XrayCamera& camera, int volume_level,
-                                             const std::vector<RigidTransform>& T_camera_ct) = 0;
-
   /// How well the DRRs of many poses resemble a small X-ray at all shifts: normalised correlations, −1…1, and −1 where
   /// nothing can be compared; for each pose rows of shifts() columns. At column a, row b a DRR was moved by
   /// (reach − a, reach − b) pixels.

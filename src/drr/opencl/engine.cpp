@@ -242,12 +242,7 @@ class EngineOpenCl : public Engine {
   }
 
   FloatImage render(const XrayCamera& camera, int volume_level, const RigidTransform& T_camera_ct) override {
-    return renderMany(camera, volume_level, {T_camera_ct}).front();
-  }
-
-  std::vector<FloatImage> renderMany(const XrayCamera& camera, int volume_level,
-                                     const std::vector<RigidTransform>& T_camera_ct) override {
-    return renderImages(&FastKernels::render, 1, camera, volume_level, T_camera_ct);
+    return renderImages(&FastKernels::render, 1, camera, volume_level, T_camera_ct).front();
   }
 
   std::vector<float> matchShifts(const ShiftTarget& target, int volume_level,
@@ -263,7 +258,7 @@ class EngineOpenCl : public Engine {
 
   std::vector<FloatImage> renderWithDerivatives(const XrayCamera& camera, int volume_level,
                                                 const RigidTransform& T_camera_ct) override {
-    return renderImages(&FastKernels::render_derivatives, 7, camera, volume_level, {T_camera_ct});
+    return renderImages(&FastKernels::render_derivatives, 7, camera, volume_level, T_camera_ct);
   }
 
   void forceSplit(int split) override { forced_split_ = split; }
@@ -387,23 +382,16 @@ class EngineOpenCl : public Engine {
     return terms_staging_;
   }
 
-  /// Runs a kernel that writes whole images, `count` for each pose, one behind the other, and reads them back.
+  /// Runs a kernel that writes whole images, one behind the other, and reads them back.
   std::vector<FloatImage> renderImages(cl::Kernel FastKernels::*kernel, std::size_t count, const XrayCamera& camera,
-                                       int volume_level, const std::vector<RigidTransform>& T_camera_ct) {
-    if (T_camera_ct.empty()) return {};
+                                       int volume_level, const RigidTransform& T_camera_ct) {
     return guarded(device_->name(), "rendering a DRR", [&] {
       const int tiles = layout::tilesFor(camera.width) * layout::tilesFor(camera.height);
-      const cl::Buffer& drawn = draw(kernel, count, camera, volume_level, T_camera_ct, allTiles(tiles));
-      std::vector<FloatImage> images(count * T_camera_ct.size(), FloatImage(camera.width, camera.height));
+      const cl::Buffer& drawn = draw(kernel, count, camera, volume_level, {T_camera_ct}, allTiles(tiles));
+      std::vector<FloatImage> images(count, FloatImage(camera.width, camera.height));
       const std::size_t bytes = sizeof(float) * images.front().pixels.size();
-      try {
-        for (std::size_t i = 0; i < images.size(); ++i) {
-          bench_.queue().enqueueReadBuffer(drawn, CL_FALSE, i * bytes, bytes, images[i].pixels.data());
-        }
-        bench_.queue().finish();
-      } catch (const cl::Error&) {
-        bench_.settle();  // The images are still being written.
-        throw;
+      for (std::size_t i = 0; i < count; ++i) {
+        bench_.queue().enqueueReadBuffer(drawn, CL_TRUE, i * bytes, bytes, images[i].pixels.data());
       }
       return images;
     });
