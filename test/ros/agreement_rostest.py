@@ -6,14 +6,13 @@ import subprocess
 import sys
 import tempfile
 import time
-import unittest
 
-import roslib.packages
 import rosbag
 import rospy
 import rostest
 import yaml
 from geometry_msgs.msg import PoseWithCovarianceStamped
+from node_case import NodeCase, tool
 from sensor_msgs.msg import CameraInfo, Image
 from tf2_msgs.msg import TFMessage
 from xray_registration.msg import RegistrationStatus
@@ -27,10 +26,6 @@ PAUSE_BEFORE, PAUSE_S = 27, 5.5  # Longer than health/pose_age_error.
 # Of a status, all but times and counts of the node.
 COMPARED = ['accepted', 'converged', 'iterations', 'similarity', 'residual', 'inlier_fraction', 'condition_number',
             'registered', 'pose', 'views_used', 'views_missing', 'bodies', 'suspicions', 'state', 'ct', 'device']
-
-
-def tool(name):
-    return roslib.packages.find_node('xray_registration', name)[0]
 
 
 def numbers(message):
@@ -54,7 +49,7 @@ class Answers:
                 self.transforms[transform.header.stamp] = transform
 
 
-class Agreement(unittest.TestCase):
+class Agreement(NodeCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.node = None
@@ -156,13 +151,6 @@ class Agreement(unittest.TestCase):
             subscriber.unregister()
         rospy.delete_param('/under_test')
         return answers
-
-    def until(self, condition, what):
-        end = time.monotonic() + 60.0
-        while not condition():
-            self.assertIsNone(self.node.poll(), 'the node ended by itself')
-            self.assertLess(time.monotonic(), end, what)
-            time.sleep(0.005)
 
     def check(self, views):
         names = [name for name, _ in views]

@@ -7,12 +7,11 @@ import subprocess
 import sys
 import tempfile
 import time
-import unittest
 
-import roslib.packages
 import rosbag
 import rospy
 import rostest
+from node_case import NodeCase, tool
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -21,11 +20,7 @@ from xray_registration.msg import RegistrationStatus
 SLOW_S = 4.0  # So late may an image be on a machine that has a lot to do. Steps by seconds are larger.
 
 
-def tool(name):
-    return roslib.packages.find_node('xray_registration', name)[0]
-
-
-class ClockSteps(unittest.TestCase):
+class ClockSteps(NodeCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -92,13 +87,6 @@ class ClockSteps(unittest.TestCase):
     @classmethod
     def on_tf(cls, message):
         cls.transforms += [one.header.stamp.to_nsec() for one in message.transforms]
-
-    def until(self, condition, what):
-        end = time.monotonic() + 60.0
-        while not condition():
-            self.assertIsNone(self.node.poll(), 'the node ended by itself')
-            self.assertLess(time.monotonic(), end, what)
-            time.sleep(0.005)
 
     def frame(self):
         """One that is taken now; returns what became of it."""

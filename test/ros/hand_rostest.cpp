@@ -59,6 +59,17 @@ class Hand : public testing::Test {
     scene_.reset();
   }
 
+  /// From whatever start the node has by now.
+  static void expectRegistered(const RigidTransform& truth) {
+    RegistrationStatus status;
+    ASSERT_TRUE(waitFor([&] {
+      status = publish(truth);
+      return status.registered;
+    })) << status.reason;
+    ASSERT_TRUE(status.accepted) << status.reason;
+    EXPECT_LT(scene_->error(fromPose(status.pose), truth).inplane_mm, kInplaneTolerance);
+  }
+
   void SetUp() override {
     ASSERT_TRUE(waitFor([&] {
       return init_.connected() && update_.connected() && previews_.connected() && feedback_.getNumSubscribers() > 0 &&
@@ -256,13 +267,7 @@ TEST_F(Hand, ShowsWhereTheCtIsDraggedAndSetsItWhereItIsLetGo) {
   EXPECT_FALSE(during.accepted);
   EXPECT_NE(during.reason.find("by hand"), std::string::npos) << during.reason;
   letGo(near);
-  RegistrationStatus status;
-  ASSERT_TRUE(waitFor([&] {
-    status = publish(truth);
-    return status.registered;
-  })) << status.reason;
-  ASSERT_TRUE(status.accepted) << status.reason;
-  EXPECT_LT(scene_->error(fromPose(status.pose), truth).inplane_mm, kInplaneTolerance);
+  ASSERT_NO_FATAL_FAILURE(expectRegistered(truth));
 }
 
 TEST_F(Hand, FollowsWhatIsRegistered) {
@@ -361,13 +366,7 @@ TEST_F(Hand, TakesClickedLandmarks) {
   EXPECT_TRUE(previewNear(pixelOf(truth, scene_->centreCt())));
   EXPECT_NE(publish(truth).reason.find("no initial pose"), std::string::npos);
   ASSERT_TRUE(choose("Landmarks", "Use their pose"));
-  RegistrationStatus status;
-  ASSERT_TRUE(waitFor([&] {
-    status = publish(truth);
-    return status.registered;
-  })) << status.reason;
-  ASSERT_TRUE(status.accepted) << status.reason;
-  EXPECT_LT(scene_->error(fromPose(status.pose), truth).inplane_mm, kInplaneTolerance);
+  ASSERT_NO_FATAL_FAILURE(expectRegistered(truth));
 
   ASSERT_TRUE(choose("Landmarks", "Take back the last click"));
   ASSERT_TRUE(waitFor([&] { return balls(0, 1, 0) == 5; }));
