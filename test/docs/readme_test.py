@@ -8,9 +8,11 @@ import argparse
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
+import time
 import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -27,9 +29,10 @@ PRELUDE = r'''
 set -e
 . "$DEVEL/setup.bash"
 roslaunch() { command roslaunch "$@" > launched.txt 2>&1 & launched=$!; }
-rostopic() { timeout 150 rostopic "$@" -n 1; }
+rostopic() { timeout 120 rostopic "$@" -n 1 && echo "seen after $SECONDS s"; }
 end_launch() {
-  [ -z "${launched:-}" ] || { kill -INT "$launched" || true; wait "$launched" || true; }
+  # Again and again: roslaunch does not hear it before it has started.
+  while [ -n "${launched:-}" ] && kill -INT "$launched" 2> /dev/null; do sleep 2; done
   launched=
 }
 trap end_launch EXIT
@@ -48,6 +51,11 @@ def free_port():
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
         return probe.getsockname()[1]
+
+
+def answers(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(('127.0.0.1', port)) == 0
 
 
 class ReadmeTest(unittest.TestCase):
@@ -76,12 +84,21 @@ class ReadmeTest(unittest.TestCase):
 
     def shell(self, commands, path, **environment):
         everything = dict(os.environ, DEVEL=self.devel, PATH='/usr/bin:/bin', **environment)
-        done = subprocess.run(['bash', '-c', PRELUDE + commands], cwd=path, env=everything, stdin=subprocess.DEVNULL,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=280)
-        log = os.path.join(path, 'launched.txt')
-        launched = open(log, encoding='utf-8').read() if os.path.exists(log) else ''
-        self.assertEqual(done.returncode, 0, '\n'.join((commands, done.stdout, done.stderr, launched)))
-        return done.stdout
+        said, log = os.path.join(path, 'said.txt'), os.path.join(path, 'launched.txt')
+        # Files and not pipes: of what hangs they tell how far it came.
+        with open(said, 'w', encoding='utf-8') as file:
+            process = subprocess.Popen(['bash', '-c', PRELUDE + commands], cwd=path, env=everything,
+                                       stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT,
+                                       start_new_session=True)
+            try:
+                code = process.wait(280)
+            except subprocess.TimeoutExpired:
+                code = 'none in 280 s'
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+        output, launched = (open(name, encoding='utf-8').read() if os.path.exists(name) else '' for name in (said, log))
+        self.assertEqual(code, 0, '\n'.join((commands, output, launched)))
+        return output
 
     def simulate(self, path, views, *more, ct='ct.nii.gz'):
         """session.bag, and in start.yaml where its CT is at first."""
@@ -105,6 +122,10 @@ yaml.safe_dump({'position': [pose['position'][k] for k in 'xyz'],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)
+        end = time.monotonic() + 60.0
+        while not answers(port):
+            self.assertLess(time.monotonic(), end, 'rosmaster does not answer')
+            time.sleep(0.1)
         return environment
 
     def test_live(self):

@@ -29,7 +29,7 @@ PARAMETERS = {
 # Another python3 earlier in PATH would have no ROS modules.
 ENVIRONMENT = dict(os.environ, PATH='/usr/bin:/bin')
 # Topics that are silent until somebody asks for something: there only the kind of message is looked at.
-ON_REQUEST = re.compile(r'/(localize/(feedback|result)|preview(_drr)?(/\w+)?|landmarks|ct_marker/update(_full)?)$')
+ON_REQUEST = re.compile(r'/(localize/(goal|feedback|result)|preview(_drr)?(/\w+)?|landmarks|ct_marker/update(_full)?)$')
 ASKED = {'set_enabled': '{data: true}', 'set_logger_level': '{logger: ros.xray_registration, level: info}'}
 
 
