@@ -10,6 +10,7 @@
 #include "registration/discrete_hypotheses.h"
 #include "registration/frame_objective.h"
 #include "registration/pose_search.h"
+#include "xray_registration/geometry/angles.h"
 #include "xray_registration/image/image_pyramid.h"
 
 namespace xray_registration {
@@ -31,6 +32,10 @@ constexpr double kBetterLikeness = 0.02;
 constexpr double kNothingBetter = 1.0 - kBetterLikeness;
 /// Likeness in the searched images that a hypothesis may lack against the solution's and still be looked at closer.
 constexpr double kWorthALook = 0.05;
+/// A start so near to where a mirrored X-ray fits is none that was far off.
+constexpr double kNearStartRad = 0.5;
+
+std::string inDegrees(double angle_rad) { return std::to_string(std::lround(angle_rad * kDegreesPerRadian)); }
 
 ViewInput reduced(const ViewInput& view, int factor) {
   if (factor == 1) return view;
@@ -114,6 +119,25 @@ class SmallFrame {
   Solution solution_;
 };
 
+/// A mirror image of the CT's is what the CT itself looks like from its other side, nearly. When an X-ray looks
+/// mirrored far from the start, it may be the start that is wrong.
+/// @return why; "" when no such start explains as much as the mirrored X-ray.
+std::string wrongStart(Engine* engine, const std::vector<ViewInput>& views, const RigidTransform& T_camera_ct_start,
+                       const RigidTransform& T_camera_ct_mirrored, const Likeness& mirrored,
+                       const RegistrarOptions& options) {
+  const XrayCamera& camera = views.front().xray->camera;
+  for (const RigidTransform& T_camera_ct : otherSides(T_camera_ct_mirrored, camera, engine->volume().centreCt())) {
+    SmallFrame plain(engine, {views, T_camera_ct}, options);
+    plain.search(plain.coarsest());
+    const Likeness likeness = plain.likeness();
+    if (likeness.mean < mirrored.mean - kBetterLikeness) continue;
+    return "the start looks wrong: turned by " + inDegrees(rotationAngleBetween(plain.pose(), T_camera_ct_start)) +
+           " degrees the CT would look like the X-ray (likeness " + std::to_string(likeness.mean).substr(0, 5) +
+           "); give another start, or search for one (~localize)";
+  }
+  return "";
+}
+
 }  // namespace
 
 DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& views,
@@ -148,7 +172,8 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
     if (!told_likeness) told_likeness = SmallFrame(engine, told, options).likeness();
     PutRight closer = hypotheses.putRight(i, told.views, T_camera_ct_start, solution.T_camera_ct, centre_ct);
     closer.T_camera_ct_start = other.pose();
-    const Likeness likeness = SmallFrame(engine, closer, options).likeness();
+    SmallFrame closer_frame(engine, closer, options);
+    const Likeness likeness = closer_frame.likeness();
     const double gain = likeness.mean - told_likeness->mean;
     const double sigma = std::hypot(likeness.sigma, told_likeness->sigma);
     if (likeness.mean < options.accept.min_similarity || gain < kBetterLikeness || gain < most * sigma) continue;
@@ -157,6 +182,13 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
     opinion.refusal = hypothesis.in_words + ": that would explain it better than what was told (likeness " +
                       std::to_string(likeness.mean).substr(0, 5) + " instead of " +
                       std::to_string(told_likeness->mean).substr(0, 5) + "); " + hypothesis.remedy;
+    const double from_start_rad = rotationAngleBetween(closer_frame.pose(), T_camera_ct_start);
+    if (found || hypothesis.what != "mirrored_image" || from_start_rad < kNearStartRad) continue;
+    const std::string problem =
+        wrongStart(engine, told.views, T_camera_ct_start, closer_frame.pose(), likeness, options);
+    if (!problem.empty()) opinion = {{}, problem};
+    if (problem.empty())
+      opinion.refusal += ", and the start, which is " + inDegrees(from_start_rad) + " degrees off then";
   }
   return opinion;
 }

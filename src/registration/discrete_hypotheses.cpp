@@ -63,7 +63,7 @@ Eigen::Vector3d centreInMirror(const Eigen::Vector3d& centre_mm, const XrayCamer
   return mirrored;
 }
 
-/// Where the CT is, if an image that was mirrored left to right made it look as found.
+/// Where the CT is, if an image that was mirrored left to right made it look as found; and the other way round.
 RigidTransform otherSide(const RigidTransform& T_camera_ct_found, bool from_behind, const XrayCamera& camera,
                          const Eigen::Vector3d& centre_ct_mm) {
   const Eigen::DiagonalMatrix<double, 3> mirror(-1.0, 1.0, 1.0);
@@ -83,6 +83,11 @@ std::string ofView(const std::string& name) { return name.empty() ? "" : " of th
 const char* const kCheckImage = "check the image source's flip and rotation settings";
 
 }  // namespace
+
+std::array<RigidTransform, 2> otherSides(const RigidTransform& T_camera_ct, const XrayCamera& camera,
+                                         const Eigen::Vector3d& centre_ct_mm) {
+  return {otherSide(T_camera_ct, true, camera, centre_ct_mm), otherSide(T_camera_ct, false, camera, centre_ct_mm)};
+}
 
 void DiscreteHypotheses::add(const DiscreteHypothesis& hypothesis, const Change& change) {
   all_.push_back(hypothesis);

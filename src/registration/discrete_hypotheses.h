@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,11 @@ struct DiscreteHypothesis {
   bool keeps_likeness = false;  ///< A body that looks nearly the same that way exists; else it is worth asking only
                                 ///< when nothing was found.
 };
+
+/// Two poses from which the CT looks nearly as from this one in a mirror that exchanges left and right of the image: from
+/// behind, and, of a CT whose left and right are alike, from its other side.
+std::array<RigidTransform, 2> otherSides(const RigidTransform& T_camera_ct, const XrayCamera& camera,
+                                         const Eigen::Vector3d& centre_ct_mm);
 
 /// What can be asked of so many views.
 class DiscreteHypotheses {

@@ -143,6 +143,7 @@ std::vector<Landmark> landmarksOf(const std::vector<FilePoint>& points, const Vi
 /// Points that are not in the CT have other coordinates than it; those without a pixel say so as well.
 void requireInCt(const std::vector<FilePoint>& points, const VolumeGrid& grid) {
   std::vector<Landmark> places;
+  places.reserve(points.size());
   for (const FilePoint& point : points) places.push_back({point.name, point.point_ct, Eigen::Vector2d::Zero()});
   const std::string problem = outsideOfCt(places, grid);
   if (!problem.empty()) throw std::runtime_error(problem);

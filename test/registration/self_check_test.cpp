@@ -136,6 +136,21 @@ TEST_F(SelfCheckTest, AMirroredImageIsNamed) {
   expectRefused(inputs, "the X-ray of the view 'oblique' looks mirrored left to right");
 }
 
+TEST_F(SelfCheckTest, AStartFarOffIsNotTakenForAMirroredImage) {
+  // The X-ray is from the side, the start from the front. From the other side the head would look the same in a mirror.
+  const Eigen::Vector3d centre = truth_ * registrar_->centreCt();
+  const RigidTransform from_the_side =
+      RigidTransform(Eigen::Translation3d(centre) * Eigen::AngleAxisd(1.7, Eigen::Vector3d::UnitY()) *
+                     Eigen::Translation3d(-centre)) *
+      truth_;
+  XrayFrame frame;
+  frame.camera = kCamera;
+  frame.attenuation = referenceProjection(toAttenuation(headPhantom(2.0), {}), from_the_side, kCamera);
+  const RegistrationResult result = registered({ViewInput(frame)});
+  EXPECT_FALSE(result.accepted);
+  EXPECT_NE(result.reason.find("the start looks wrong: turned by"), std::string::npos) << result.reason;
+}
+
 TEST_F(SelfCheckTest, TheCheckCanBeSwitchedOff) {
   RegistrarOptions options;
   options.check_every = 0;
