@@ -661,7 +661,9 @@ bool RegistrationWorker::preview(const PreviewRequest& request) {
     const Clock::time_point start = Clock::now();
     previewNow(request);
     const Clock::time_point end = Clock::now();
-    next_preview_ = end + (end - start);
+    // Frames that are tracked get half of the time; those that wait for the hand are refused, and need none.
+    const bool frames_are_refused = moved_by_hand_ && pipeline_.state() != TrackingState::kTracking;
+    next_preview_ = frames_are_refused ? end : end + (end - start);
     previewing_ = false;
   });
   return true;
