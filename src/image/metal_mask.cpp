@@ -258,19 +258,27 @@ struct Search {
 /// Metal with its rim.
 cv::Mat findMetal(const Copy& copy, const Search& search) {
   cv::Mat metal = cv::Mat::zeros(copy.attenuation.size(), CV_8U);
-  if (cv::countNonZero(copy.sharp) >= kFineArea) {
-    const cv::Mat thin_excess = excess(copy.smooth, kFineRadius);
+  const bool has_steps = cv::countNonZero(copy.sharp) >= kFineArea;
+  // How much stands out: of what is thin, of what is large, and of beads, each over its own width.
+  cv::Mat thin_excess, large_excess, bead_excess;
+  cv::parallel_for_({0, 3}, [&](const cv::Range& range) {
+    for (int part = range.start; part < range.end; ++part) {
+      if (part == 0 && has_steps && search.large) large_excess = excess(copy.smooth, kCoarseRadius);
+      if (part == 1 && has_steps) thin_excess = excess(copy.smooth, kFineRadius);
+      if (part == 2 && search.small) bead_excess = excess(copy.attenuation, kFineRadius);
+    }
+  });
+  if (has_steps) {
     std::vector<Candidates> candidates = {thinCandidates(copy, thin_excess)};
     if (search.small) {
       for (const float level : kFineLevels) candidates.push_back({thin_excess > level, kFineArea});
     }
     if (search.large) {
-      const cv::Mat large_excess = excess(copy.smooth, kCoarseRadius);
       for (const float level : kCoarseLevels) candidates.push_back({large_excess > level, kCoarseArea});
     }
     metal = morphed(metalAmong(copy, candidates), cv::MORPH_CLOSE, kBridge);
   }
-  if (search.small) findBeads(copy, excess(copy.attenuation, kFineRadius), &metal);
+  if (search.small) findBeads(copy, bead_excess, &metal);
   return morphed(metal, cv::MORPH_DILATE, kRim);
 }
 

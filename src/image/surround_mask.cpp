@@ -69,22 +69,31 @@ bool isDrawn(const cv::Mat& image, const cv::Mat& field, float value) {
   return std::isfinite(expected) && expected > kLeastNoise && found / kRoughnessOfNoise < kNoiseShare * expected;
 }
 
-/// Whether any pixel of the image's border is set.
-bool touchesBorder(const cv::Mat& region) {
-  return cv::countNonZero(region.row(0)) + cv::countNonZero(region.row(region.rows - 1)) +
-             cv::countNonZero(region.col(0)) + cv::countNonZero(region.col(region.cols - 1)) >
-         0;
-}
+/// A connected part of a region: its row of OpenCV's statistics.
+struct Part {
+  cv::Rect box;
+  int pixels;
+  bool touchesBorderOf(const cv::Size& image) const {
+    return box.x == 0 || box.y == 0 || box.br().x == image.width || box.br().y == image.height;
+  }
+};
 
 /// The parts of `of` that `keep` likes.
 template <typename Keep>
 cv::Mat parts(const cv::Mat& of, const Keep& keep) {
-  cv::Mat labels;
-  const int count = cv::connectedComponents(of, labels, 4, CV_32S);
-  cv::Mat result = cv::Mat::zeros(of.size(), CV_8U);
+  cv::Mat labels, statistics, centroids;
+  const int count = cv::connectedComponentsWithStats(of, labels, statistics, centroids, 4, CV_32S);
+  std::vector<std::uint8_t> kept(static_cast<std::size_t>(count), 0);
   for (int i = 1; i < count; ++i) {
-    const cv::Mat part = labels == i;
-    if (keep(part)) result |= part;
+    const int* row = statistics.ptr<int>(i);
+    const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
+    if (keep(Part{box, row[cv::CC_STAT_AREA]})) kept[static_cast<std::size_t>(i)] = kUse;
+  }
+  cv::Mat result(of.size(), CV_8U);
+  for (int v = 0; v < of.rows; ++v) {
+    const int* label = labels.ptr<int>(v);
+    std::uint8_t* is_kept = result.ptr<std::uint8_t>(v);
+    for (int u = 0; u < of.cols; ++u) is_kept[u] = kept[static_cast<std::size_t>(label[u])];
   }
   return result;
 }
@@ -105,11 +114,11 @@ cv::Mat largestPart(const cv::Mat& of) {
 cv::Mat fieldWithin(const cv::Mat& small, float value) {
   const cv::Mat still = cv::abs(small - value) <= kStill;
   const double area = static_cast<double>(small.total());
-  const cv::Mat surround = parts(still, [&](const cv::Mat& part) {
-    return cv::countNonZero(part) >= kLeastSurround * area / 8.0 && touchesBorder(part);
+  const cv::Mat surround = parts(still, [&](const Part& part) {
+    return part.pixels >= kLeastSurround * area / 8.0 && part.touchesBorderOf(small.size());
   });
   const cv::Mat field = largestPart(~surround);
-  return ~parts(~field, touchesBorder);
+  return ~parts(~field, [&](const Part& part) { return part.touchesBorderOf(small.size()); });
 }
 
 /// A place on the field's edge.
@@ -205,7 +214,10 @@ double arcInImage(const Circle& circle, const cv::Size& size) {
 /// The circle that most of the edge lies on while the rest lies inside, as where air in the field is as bright as the
 /// surround. Only its sharp places count.
 std::optional<Circle> discOf(const std::vector<EdgePoint>& edge, const cv::Size& size) {
-  if (static_cast<int>(edge.size()) < kLeastPoints) return std::nullopt;
+  long sharp = 0;
+  for (const EdgePoint& point : edge) sharp += point.is_sharp ? 1 : 0;
+  if (sharp < kLeastPoints) return std::nullopt;
+  const long most_outside = static_cast<long>(edge.size()) / 30;
   cv::RNG random(1);  // The same image has the same mask.
   const auto any = [&] { return edge[static_cast<std::size_t>(random.uniform(0, static_cast<int>(edge.size())))].at; };
   const double side = std::min(size.width, size.height);
@@ -220,13 +232,23 @@ std::optional<Circle> discOf(const std::vector<EdgePoint>& edge, const cv::Size&
       const double off = cv::norm(point.at - circle->centre) - circle->radius;
       on += std::abs(off) <= kOnCircle && point.is_sharp ? 1 : 0;
       outside += off > kOnCircle ? 1 : 0;
+      if (outside > most_outside) break;
     }
-    if (outside > static_cast<long>(edge.size()) / 30 || on <= best_count) continue;
+    if (outside > most_outside || on <= best_count) continue;
     best = circle;
     best_count = on;
   }
   if (!best || best_count < kLeastPoints || best_count < kLeastArc * arcInImage(*best, size)) return std::nullopt;
   return refined(*best, edge);
+}
+
+std::vector<cv::Point> hullOf(const cv::Mat& field) {
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(field.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+  std::vector<cv::Point> corners, hull;
+  for (const std::vector<cv::Point>& contour : contours) corners.insert(corners.end(), contour.begin(), contour.end());
+  cv::convexHull(corners, hull);
+  return hull;
 }
 
 /// The field, one pixel smaller for what is half of each; empty when what surrounds it was not drawn.
@@ -238,13 +260,11 @@ cv::Mat shapeOf(const cv::Mat& field, const std::vector<EdgePoint>& edge) {
     cv::circle(shape, centre, cvRound((disc->radius + 0.5) * (1 << kShift)), cv::Scalar(kUse), cv::FILLED, cv::LINE_8,
                kShift);
   } else {
-    std::vector<cv::Point> all, hull;
-    cv::findNonZero(field, all);
-    cv::convexHull(all, hull);
-    cv::fillConvexPoly(shape, hull, cv::Scalar(kUse));
     const int pixels = cv::countNonZero(field);
     const bool is_large = pixels >= kLeastConvex * static_cast<double>(field.total());
-    if (!is_large || sharpShare(edge) < kSharp || pixels < kConvex * cv::countNonZero(shape)) return {};
+    if (!is_large || sharpShare(edge) < kSharp) return {};
+    cv::fillConvexPoly(shape, hullOf(field), cv::Scalar(kUse));
+    if (pixels < kConvex * cv::countNonZero(shape)) return {};
   }
   cv::Mat smaller;
   cv::erode(shape, smaller, cv::Mat(), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(kUse));

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <exception>
 
+#include "xray_registration/common/frame_memory.h"
 #include "xray_registration/ros/logger_service.h"
 
 namespace {
@@ -48,6 +49,7 @@ int run(const ros::NodeHandle& node) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  xray_registration::keepMemoryBetweenFrames();
   try {
     ros::init(argc, argv, "xray_registration");
     // With the last handle the log ends too: this one outlives whatever run() has to say.

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <sstream>
 
+#include "xray_registration/common/frame_memory.h"
+
 namespace xray_registration::tools {
 namespace {
 
@@ -16,6 +18,7 @@ int report(const CLI::App& app, const std::string& what, int code) {
 }  // namespace
 
 int runTool(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {
+  keepMemoryBetweenFrames();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

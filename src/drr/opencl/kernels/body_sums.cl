@@ -15,14 +15,14 @@ void body_sums(SUMS_ARGUMENTS) {
   REFERENCE_OF_TILE
   if (part == 0) {
     const float value_ref = reference[0], xray_ref = reference[1];
+    PIXELS_OF_RAYS
+    WIDE_VECTORS
     for (int r = 0; r < LANES; ++r) {
       const int ray = first_ray + r;
-      const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
-      const int pixel = min(row, height - 1) * width + min(column, width - 1);
       DERIVATIVES_OF_RAY
       vectors[ray] = 1.0f;
-      weighted[ray] = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);
-      vectors[2 * RAYS + ray] = xray[pixel] - xray_ref;
+      weighted[ray] = weight_of[r];
+      vectors[2 * RAYS + ray] = xray_of[r] - xray_ref;
       _Pragma("unroll") for (int i = 0; i < 6; ++i) vectors[(3 + i) * RAYS + ray] = partial[i];
       vectors[VECTORS * RAYS + ray] = line_integral;
     }

@@ -14,14 +14,14 @@ void gradient_sums(SUMS_ARGUMENTS) {
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
   if (part == 0) {
+    PIXELS_OF_RAYS
+    WIDE_VECTORS
     for (int r = 0; r < LANES; ++r) {
       const int ray = first_ray + r;
-      const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
-      const int pixel = min(row, height - 1) * width + min(column, width - 1);
       DERIVATIVES_OF_RAY
-      images[ray] = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);
+      images[ray] = weight_of[r];
       images[RAYS + ray] = line_integral;
-      images[2 * RAYS + ray] = xray[pixel];
+      images[2 * RAYS + ray] = xray_of[r];
       _Pragma("unroll") for (int i = 0; i < 6; ++i) images[(3 + i) * RAYS + ray] = partial[i];
     }
     for (int r = 0; r < LANES && SEEN_WITH_MORE; ++r) {

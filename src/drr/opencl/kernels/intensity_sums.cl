@@ -12,12 +12,12 @@ void intensity_sums(SUMS_ARGUMENTS) {
   REFERENCE_OF_TILE
   if (part == 0) {
     const float value_ref = reference[0], xray_ref = reference[1];
+    PIXELS_OF_RAYS
+    WIDE_VECTORS
     for (int r = 0; r < LANES; ++r) {
       const int ray = first_ray + r;
-      const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
-      const int pixel = min(row, height - 1) * width + min(column, width - 1);
-      const float w = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);
-      const float intensity = xray[pixel] - xray_ref;
+      const float w = weight_of[r];
+      const float intensity = xray_of[r] - xray_ref;
       DERIVATIVES_OF_RAY
       vectors[ray] = 1.0f;
       vectors[RAYS + ray] = line_integral - value_ref;

@@ -47,28 +47,47 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
   JOIN_PARTS
   REFERENCE_OF_TILE
   if (part == 0) {
+    PIXELS_OF_RAYS
+    float line_of[LANES], source_x[LANES], source_y[LANES], source_z[LANES];
+    float direction_x[LANES], direction_y[LANES], direction_z[LANES];
+    WIDE_VECTORS
     for (int r = 0; r < LANES; ++r) {
       const int ray = first_ray + r;
-      const int column = RAY_COLUMN(ray), row = RAY_ROW(ray);
-      const int pixel = min(row, height - 1) * width + min(column, width - 1);
       const RayGeometry g = ray_geometry(pose, k, RAY_U(ray), RAY_V(ray));
       const float mm = g.length_mm * pose[P_SCALE];
       const RayGradient gradient =
           ray_gradient(pose, k, g, value[r] * mm, mm * (k == 0 ? sum_dq[r] : sum_dp[r]),
                        mm * (k == 0 ? sum_dp[r] : sum_dq[r]), mm * (k == 0 ? sum_jdq[r] : sum_jdp[r]),
                        mm * (k == 0 ? sum_jdp[r] : sum_jdq[r]));
-      weights[ray] = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);
+      line_of[r] = value[r] * mm;
+      source_x[r] = gradient.source.x;
+      source_y[r] = gradient.source.y;
+      source_z[r] = gradient.source.z;
+      direction_x[r] = gradient.direction.x;
+      direction_y[r] = gradient.direction.y;
+      direction_z[r] = gradient.direction.z;
+      weights[ray] = weight_of[r];
       vectors[ray] = 1.0f;
-      vectors[RAYS + ray] = value[r] * mm - reference[0];
-      vectors[2 * RAYS + ray] = xray[pixel] - reference[1];
-      for (int i = 0; i < motion_count; ++i) {
-        vectors[(3 + i) * RAYS + ray] = derivative_by(motions + i * MOTION_STRIDE, gradient, g.d_camera, value[r] * mm);
+      vectors[RAYS + ray] = line_of[r] - reference[0];
+      vectors[2 * RAYS + ray] = xray_of[r] - reference[1];
+    }
+    for (int i = 0; i < motion_count; ++i) {
+      __global const float* motion = motions + i * MOTION_STRIDE;
+      WIDE_VECTORS
+      for (int r = 0; r < LANES; ++r) {
+        const int ray = first_ray + r;
+        const float3 d = (float3)((RAY_U(ray) - pose[P_CX]) * pose[P_INV_FX], (RAY_V(ray) - pose[P_CY]) * pose[P_INV_FY], 1.0f);
+        const RayGradient gradient = {(float3)(source_x[r], source_y[r], source_z[r]),
+                                      (float3)(direction_x[r], direction_y[r], direction_z[r])};
+        vectors[(3 + i) * RAYS + ray] = derivative_by(motion, gradient, d, line_of[r]);
       }
-      if (SEEN_WITH_MORE) {
-        const Seen seen = seen_in_pixel(value[r] * mm, surroundings, surrounded, pixel, saturation);
-        vectors[RAYS + ray] = seen.value - reference[0];
-        for (int i = 0; i < motion_count; ++i) vectors[(3 + i) * RAYS + ray] *= seen.passed;
-      }
+    }
+    for (int r = 0; r < LANES && SEEN_WITH_MORE; ++r) {
+      const int ray = first_ray + r;
+      const int pixel = min(RAY_ROW(ray), height - 1) * width + min(RAY_COLUMN(ray), width - 1);
+      const Seen seen = seen_in_pixel(line_of[r], surroundings, surrounded, pixel, saturation);
+      vectors[RAYS + ray] = seen.value - reference[0];
+      for (int i = 0; i < motion_count; ++i) vectors[(3 + i) * RAYS + ray] *= seen.passed;
     }
   }
   __global float* out = sums_out + (size_t)get_group_id(0) * (count * (count + 1) / 2 + 2);

@@ -55,6 +55,18 @@ INLINE Seen seen_in_pixel(float line_integral, __global const float* surrounding
   }                                                                                      \
   barrier(CLK_LOCAL_MEM_FENCE);
 
+// The X-ray's pixels and their weights at the rays, `xray_of` and `weight_of`; rays beside the image weigh nothing. What
+// is gathered could lie anywhere, also in what the next loop writes, for all that a compiler knows; so it stands in a
+// loop of its own, and the next one, with all the arithmetic, becomes vector code.
+#define PIXELS_OF_RAYS                                                                                 \
+  float xray_of[LANES], weight_of[LANES];                                                              \
+  for (int r = 0; r < LANES; ++r) {                                                                    \
+    const int column = RAY_COLUMN(first_ray + r), row = RAY_ROW(first_ray + r);                        \
+    const int pixel = min(row, height - 1) * width + min(column, width - 1);                           \
+    weight_of[r] = weight[pixel] * (float)((column < width) & (row < height) & plan_of_tile.w);        \
+    xray_of[r] = xray[pixel];                                                                          \
+  }
+
 __constant uchar kFirst[SUMS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2,
                                  2, 3, 3, 3, 3, 3, 3, 4, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 7, 7, 8};
 __constant uchar kSecond[SUMS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2, 3, 4, 5, 6, 7, 8, 2, 3, 4, 5, 6, 7,
