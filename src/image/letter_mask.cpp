@@ -68,16 +68,14 @@ void findLetters(const cv::Mat& whole_image, const cv::Mat& whole_steps, const c
   const cv::Mat image = whole_image(area);
   const cv::Mat extreme = whole_extreme(area);
   cv::Mat letters = (*whole_letters)(area);
-  cv::Mat labels;
-  cv::Mat statistics;
-  cv::Mat centroids;
-  const int count = cv::connectedComponentsWithStats(extreme, labels, statistics, centroids, 8, CV_32S);
+  const mask_detail::Parts parts = mask_detail::partsOf(extreme, 8);
+  const cv::Mat& labels = parts.labels;
+  const int count = static_cast<int>(parts.parts.size());
   const std::vector<float> step = largestPerLabel(whole_steps(area), labels, count);
   const double stroke = std::max(2.0, kThickestStroke * longest_side);
   for (int i = 1; i < count; ++i) {
-    const int* row = statistics.ptr<int>(i);
-    const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
-    const int pixels = row[cv::CC_STAT_AREA];
+    const cv::Rect& box = parts.parts[static_cast<std::size_t>(i)].box;
+    const int pixels = parts.parts[static_cast<std::size_t>(i)].pixels;
     if (step[static_cast<std::size_t>(i)] < least_step || pixels < kSmallestArea) continue;
     if (std::max(box.width, box.height) > kLargestLetter * longest_side) continue;
     if (pixels > stroke * 2.0 * (box.width + box.height)) continue;

@@ -1,6 +1,7 @@
 #include "xray_registration/image/mask.h"
 
 #include <algorithm>
+#include <opencv2/core/utility.hpp>
 #include <string>
 
 #include "image/mask_common.h"
@@ -57,8 +58,15 @@ void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& us
   const MaskImage field = frame->mask;
   if (options.letters || options.metal) {
     const mask_detail::SearchCopy copy(frame->attenuation);
-    if (options.letters) mask_detail::leaveOut(mask_detail::lettersIn(copy, field), copy.factor(), &frame->mask);
-    if (options.metal) mask_detail::leaveOut(steadyMetal(copy, field, metal), copy.factor(), &frame->mask);
+    cv::Mat letters_found, metal_found;
+    cv::parallel_for_({0, 2}, [&](const cv::Range& range) {
+      for (int search = range.start; search < range.end; ++search) {
+        if (search == 0 && options.metal) metal_found = steadyMetal(copy, field, metal);
+        if (search == 1 && options.letters) letters_found = mask_detail::lettersIn(copy, field);
+      }
+    });
+    if (options.letters) mask_detail::leaveOut(letters_found, copy.factor(), &frame->mask);
+    if (options.metal) mask_detail::leaveOut(metal_found, copy.factor(), &frame->mask);
   }
   if (!user.empty()) intersect(user, &frame->mask);
 }

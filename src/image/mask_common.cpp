@@ -106,5 +106,27 @@ Range percentiles(const cv::Mat& image, double low, double high) {
   return {quantileBelow(&values, low), quantileBelow(&values, high)};
 }
 
+Parts partsOf(const cv::Mat& region, int connectivity) {
+  Parts found;
+  const int count = cv::connectedComponents(region, found.labels, connectivity, CV_32S);
+  found.parts.resize(static_cast<std::size_t>(count));
+  for (int v = 0; v < region.rows; ++v) {
+    const int* label = found.labels.ptr<int>(v);
+    for (int u = 0; u < region.cols;) {
+      const int own = label[u];
+      int end = u + 1;
+      while (end < region.cols && label[end] == own) ++end;
+      if (own != 0) {
+        Part& part = found.parts[static_cast<std::size_t>(own)];
+        const cv::Rect run(u, v, end - u, 1);
+        part.box = part.pixels == 0 ? run : part.box | run;
+        part.pixels += run.width;
+      }
+      u = end;
+    }
+  }
+  return found;
+}
+
 }  // namespace mask_detail
 }  // namespace xray_registration

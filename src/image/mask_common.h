@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "xray_registration/image/image.h"
 
@@ -29,6 +30,20 @@ cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size);
 /// The smallest rectangle around all that is not zero, with a rim of `rim` pixels, inside the image. Empty when all is
 /// zero.
 cv::Rect boxAround(const cv::Mat& mask, int rim);
+
+/// A connected part of a region.
+struct Part {
+  cv::Rect box;
+  int pixels = 0;
+};
+
+/// The connected parts of what is not zero: of each pixel the number of its part, 0 where the region is zero, and what
+/// belongs to a number. Without centroids and OpenCV's sums for them, which take most of the time.
+struct Parts {
+  cv::Mat labels;           ///< CV_32S
+  std::vector<Part> parts;  ///< By label; the first means nothing.
+};
+Parts partsOf(const cv::Mat& region, int connectivity);
 
 /// Zeroes the pixels of `mask` where `found`, grown by `factor`, is not zero.
 void leaveOut(const cv::Mat& found, int factor, MaskImage* mask);

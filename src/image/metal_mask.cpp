@@ -143,8 +143,9 @@ bool isKnown(const cv::Mat& region, const cv::Mat& known) {
   return cv::countNonZero(region & (known != 0)) >= kKnownShare * cv::countNonZero(region);
 }
 
-std::vector<Outline> outlines(const cv::Mat& labels, int count, const cv::Mat& sharp, const cv::Mat& field_edge) {
-  std::vector<Outline> result(static_cast<std::size_t>(count));
+std::vector<Outline> outlines(const mask_detail::Parts& parts, const cv::Mat& sharp, const cv::Mat& field_edge) {
+  const cv::Mat& labels = parts.labels;
+  std::vector<Outline> result(parts.parts.size());
   for (int v = 0; v < labels.rows; ++v) {
     const int* label = labels.ptr<int>(v);
     const int* above = labels.ptr<int>(std::max(v - 1, 0));
@@ -177,17 +178,13 @@ void addMetal(const Copy& copy, const Candidates& candidates, cv::Mat* metal) {
   if (cv::countNonZero(candidates.above & copy.sharp) == 0) return;
   // A rim of what is not above the level closes the outlines.
   const cv::Rect area = mask_detail::boxAround(candidates.above, 1);
-  cv::Mat labels;
-  cv::Mat statistics;
-  cv::Mat centroids;
-  const int count = cv::connectedComponentsWithStats(candidates.above(area), labels, statistics, centroids, 8, CV_32S);
-  const std::vector<Outline> found = outlines(labels, count, copy.sharp(area), copy.field_edge(area));
-  for (int i = 1; i < count; ++i) {
-    const int* row = statistics.ptr<int>(i);
-    const Outline& outline = found[static_cast<std::size_t>(i)];
-    if (row[cv::CC_STAT_AREA] < candidates.least_area || !outline.isMetal(true)) continue;
-    const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
-    const cv::Mat region = labels(box) == i;
+  const mask_detail::Parts above = mask_detail::partsOf(candidates.above(area), 8);
+  const std::vector<Outline> found = outlines(above, copy.sharp(area), copy.field_edge(area));
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    const Outline& outline = found[i];
+    const cv::Rect& box = above.parts[i].box;
+    if (above.parts[i].pixels < candidates.least_area || !outline.isMetal(true)) continue;
+    const cv::Mat region = above.labels(box) == static_cast<int>(i);
     const bool is_known = isKnown(region, copy.known.empty() ? copy.known : copy.known(area)(box));
     if (outline.isMetal(is_known)) (*metal)(area)(box).setTo(kUse, region);
   }

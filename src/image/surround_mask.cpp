@@ -17,6 +17,8 @@ namespace xray_registration {
 namespace {
 
 using mask_detail::kUse;
+using mask_detail::Part;
+using mask_detail::Parts;
 
 constexpr float kStill = 0.02F;                  ///< Nepers: what counts as the surround's value on the searched copy.
 constexpr double kNoiseShare = 0.3;              ///< Of the picture's noise: what the surround may have.
@@ -69,29 +71,19 @@ bool isDrawn(const cv::Mat& image, const cv::Mat& field, float value) {
   return std::isfinite(expected) && expected > kLeastNoise && found / kRoughnessOfNoise < kNoiseShare * expected;
 }
 
-/// A connected part of a region: its row of OpenCV's statistics.
-struct Part {
-  cv::Rect box;
-  int pixels;
-  bool touchesBorderOf(const cv::Size& image) const {
-    return box.x == 0 || box.y == 0 || box.br().x == image.width || box.br().y == image.height;
-  }
-};
+bool touchesBorder(const Part& part, const cv::Size& image) {
+  return part.box.x == 0 || part.box.y == 0 || part.box.br().x == image.width || part.box.br().y == image.height;
+}
 
 /// The parts of `of` that `keep` likes.
 template <typename Keep>
 cv::Mat parts(const cv::Mat& of, const Keep& keep) {
-  cv::Mat labels, statistics, centroids;
-  const int count = cv::connectedComponentsWithStats(of, labels, statistics, centroids, 4, CV_32S);
-  std::vector<std::uint8_t> kept(static_cast<std::size_t>(count), 0);
-  for (int i = 1; i < count; ++i) {
-    const int* row = statistics.ptr<int>(i);
-    const cv::Rect box(row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH], row[cv::CC_STAT_HEIGHT]);
-    if (keep(Part{box, row[cv::CC_STAT_AREA]})) kept[static_cast<std::size_t>(i)] = kUse;
-  }
+  const Parts found = mask_detail::partsOf(of, 4);
+  std::vector<std::uint8_t> kept(found.parts.size(), 0);
+  for (std::size_t i = 1; i < kept.size(); ++i) kept[i] = keep(found.parts[i]) ? kUse : std::uint8_t{0};
   cv::Mat result(of.size(), CV_8U);
   for (int v = 0; v < of.rows; ++v) {
-    const int* label = labels.ptr<int>(v);
+    const int* label = found.labels.ptr<int>(v);
     std::uint8_t* is_kept = result.ptr<std::uint8_t>(v);
     for (int u = 0; u < of.cols; ++u) is_kept[u] = kept[static_cast<std::size_t>(label[u])];
   }
@@ -99,15 +91,11 @@ cv::Mat parts(const cv::Mat& of, const Keep& keep) {
 }
 
 cv::Mat largestPart(const cv::Mat& of) {
-  cv::Mat labels, statistics, centroids;
-  const int count = cv::connectedComponentsWithStats(of, labels, statistics, centroids, 4, CV_32S);
-  int largest = 0;
-  for (int i = 1; i < count; ++i) {
-    const bool larger =
-        largest == 0 || statistics.at<int>(i, cv::CC_STAT_AREA) > statistics.at<int>(largest, cv::CC_STAT_AREA);
-    if (larger) largest = i;
-  }
-  return largest == 0 ? cv::Mat::zeros(of.size(), CV_8U) : cv::Mat(labels == largest);
+  const Parts found = mask_detail::partsOf(of, 4);
+  if (found.parts.size() < 2) return cv::Mat::zeros(of.size(), CV_8U);
+  const auto largest = std::max_element(found.parts.begin() + 1, found.parts.end(),
+                                        [](const Part& one, const Part& other) { return one.pixels < other.pixels; });
+  return found.labels == static_cast<int>(largest - found.parts.begin());
 }
 
 /// What is not surround: its largest part, without holes. What is written on the surround is no field.
@@ -115,10 +103,10 @@ cv::Mat fieldWithin(const cv::Mat& small, float value) {
   const cv::Mat still = cv::abs(small - value) <= kStill;
   const double area = static_cast<double>(small.total());
   const cv::Mat surround = parts(still, [&](const Part& part) {
-    return part.pixels >= kLeastSurround * area / 8.0 && part.touchesBorderOf(small.size());
+    return part.pixels >= kLeastSurround * area / 8.0 && touchesBorder(part, small.size());
   });
   const cv::Mat field = largestPart(~surround);
-  return ~parts(~field, [&](const Part& part) { return part.touchesBorderOf(small.size()); });
+  return ~parts(~field, [&](const Part& part) { return touchesBorder(part, small.size()); });
 }
 
 /// A place on the field's edge.

@@ -6,7 +6,7 @@ namespace xray_registration {
 namespace {
 
 /// Share of the finest level's tiles that are used, and the evaluations there and on the level before.
-constexpr double kTiles = 0.5;
+constexpr double kTiles = 0.4;
 constexpr int kFinestSteps = 1;
 constexpr int kSteps = 8;
 /// A step that is short enough for the finest level to follow it, pixels.
