@@ -2,9 +2,10 @@
 // focal length, a distortion or the CT's size would do to the image. Slower than intensity_sums, for the check of what
 // was told, which runs now and then.
 
-// The derivative of a ray's line integral by where its source is and by its direction, camera axes.
+// The derivative of a ray's line integral by where its source is and by its direction, camera axes. Numbers by
+// themselves: a compiler does not turn loops over rays with vectors of three in them into vector code.
 typedef struct {
-  float3 source, direction;
+  float source_x, source_y, source_z, direction_x, direction_y, direction_z;
 } RayGradient;
 
 // As chain_rule, for any motion: dm_a = (dd_a − m_a dd_k) / d_k, and G carries camera axes to voxels.
@@ -15,23 +16,34 @@ INLINE RayGradient ray_gradient(__global const float* pose, int k, const RayGeom
   const float along_b = fma(-pose[P_SOURCE + k], sb, jb) * g.inv_dk;
   const float source_k = -fma(g.m_a, sa, g.m_b * sb);
   const float direction_k = -fma(g.inv_dk, value, fma(g.m_a, along_a, g.m_b * along_b));
-  __global const float* rotation = pose + P_ROTATION;
-  const float3 row_k = vload3(k, rotation), row_a = vload3(a, rotation), row_b = vload3(b, rotation);
-  RayGradient gradient;
-  gradient.source = row_k * source_k + row_a * sa + row_b * sb;
-  gradient.direction = row_k * direction_k + row_a * along_a + row_b * along_b;
+  __global const float* row_k = pose + P_ROTATION + 3 * k;
+  __global const float* row_a = pose + P_ROTATION + 3 * a;
+  __global const float* row_b = pose + P_ROTATION + 3 * b;
+  const RayGradient gradient = {fma(row_k[0], source_k, fma(row_a[0], sa, row_b[0] * sb)),
+                                fma(row_k[1], source_k, fma(row_a[1], sa, row_b[1] * sb)),
+                                fma(row_k[2], source_k, fma(row_a[2], sa, row_b[2] * sb)),
+                                fma(row_k[0], direction_k, fma(row_a[0], along_a, row_b[0] * along_b)),
+                                fma(row_k[1], direction_k, fma(row_a[1], along_a, row_b[1] * along_b)),
+                                fma(row_k[2], direction_k, fma(row_a[2], along_a, row_b[2] * along_b))};
   return gradient;
 }
 
-INLINE float derivative_by(__global const float* motion, const RayGradient gradient, float3 d, float value) {
-  const float r2 = fma(d.x, d.x, d.y * d.y);
-  const float3 turned = (float3)(-d.y, d.x, 0.0f), outwards = (float3)(d.x, d.y, 0.0f);
+// By a motion of rays; (x, y, 1) is the ray's direction.
+INLINE float derivative_by(__global const float* motion, const RayGradient gradient, float x, float y, float value) {
+  const float r2 = fma(x, x, y * y);
   __global const float* matrix = motion + M_DIRECTION;
-  const float3 moved = (float3)(dot(vload3(0, matrix), d), dot(vload3(1, matrix), d), dot(vload3(2, matrix), d)) +
-                       r2 * (motion[M_RADIAL] * outwards + motion[M_SWIRL] * turned);
+  const float radial = r2 * motion[M_RADIAL], swirl = r2 * motion[M_SWIRL];
+  const float moved_x = fma(matrix[0], x, fma(matrix[1], y, matrix[2])) + fma(radial, x, -swirl * y);
+  const float moved_y = fma(matrix[3], x, fma(matrix[4], y, matrix[5])) + fma(radial, y, swirl * x);
+  const float moved_z = fma(matrix[6], x, fma(matrix[7], y, matrix[8]));
   // A ray of the camera that leans more is longer between two slices.
-  const float lengthened = motion[M_OF_CAMERA] * value * dot(d, moved) / (r2 + 1.0f);
-  return dot(gradient.source, vload3(0, motion + M_SOURCE)) + dot(gradient.direction, moved) + lengthened;
+  const float along = fma(x, moved_x, fma(y, moved_y, moved_z));
+  const float lengthened = motion[M_OF_CAMERA] * value * along / (r2 + 1.0f);
+  const float by_source = fma(gradient.source_x, motion[M_SOURCE],
+                              fma(gradient.source_y, motion[M_SOURCE + 1], gradient.source_z * motion[M_SOURCE + 2]));
+  const float by_direction =
+      fma(gradient.direction_x, moved_x, fma(gradient.direction_y, moved_y, gradient.direction_z * moved_z));
+  return by_source + by_direction + lengthened;
 }
 
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
@@ -60,12 +72,12 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
                        mm * (k == 0 ? sum_dp[r] : sum_dq[r]), mm * (k == 0 ? sum_jdq[r] : sum_jdp[r]),
                        mm * (k == 0 ? sum_jdp[r] : sum_jdq[r]));
       line_of[r] = value[r] * mm;
-      source_x[r] = gradient.source.x;
-      source_y[r] = gradient.source.y;
-      source_z[r] = gradient.source.z;
-      direction_x[r] = gradient.direction.x;
-      direction_y[r] = gradient.direction.y;
-      direction_z[r] = gradient.direction.z;
+      source_x[r] = gradient.source_x;
+      source_y[r] = gradient.source_y;
+      source_z[r] = gradient.source_z;
+      direction_x[r] = gradient.direction_x;
+      direction_y[r] = gradient.direction_y;
+      direction_z[r] = gradient.direction_z;
       weights[ray] = weight_of[r];
       vectors[ray] = 1.0f;
       vectors[RAYS + ray] = line_of[r] - reference[0];
@@ -76,10 +88,9 @@ void motion_sums(SUMS_ARGUMENTS, __global const float* motions, const int motion
       WIDE_VECTORS
       for (int r = 0; r < LANES; ++r) {
         const int ray = first_ray + r;
-        const float3 d = (float3)((RAY_U(ray) - pose[P_CX]) * pose[P_INV_FX], (RAY_V(ray) - pose[P_CY]) * pose[P_INV_FY], 1.0f);
-        const RayGradient gradient = {(float3)(source_x[r], source_y[r], source_z[r]),
-                                      (float3)(direction_x[r], direction_y[r], direction_z[r])};
-        vectors[(3 + i) * RAYS + ray] = derivative_by(motion, gradient, d, line_of[r]);
+        const float x = (RAY_U(ray) - pose[P_CX]) * pose[P_INV_FX], y = (RAY_V(ray) - pose[P_CY]) * pose[P_INV_FY];
+        const RayGradient gradient = {source_x[r], source_y[r], source_z[r], direction_x[r], direction_y[r], direction_z[r]};
+        vectors[(3 + i) * RAYS + ray] = derivative_by(motion, gradient, x, y, line_of[r]);
       }
     }
     for (int r = 0; r < LANES && SEEN_WITH_MORE; ++r) {
