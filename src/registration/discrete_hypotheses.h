@@ -23,8 +23,8 @@ struct DiscreteHypothesis {
                                 ///< when nothing was found.
 };
 
-/// Two poses from which the CT looks nearly as from this one in a mirror that exchanges left and right of the image: from
-/// behind, and, of a CT whose left and right are alike, from its other side.
+/// Two poses from which the CT looks nearly as from this one in a mirror that exchanges left and right of the image:
+/// from behind, and, of a CT whose left and right are alike, from its other side.
 std::array<RigidTransform, 2> otherSides(const RigidTransform& T_camera_ct, const XrayCamera& camera,
                                          const Eigen::Vector3d& centre_ct_mm);
 
