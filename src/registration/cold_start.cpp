@@ -18,6 +18,8 @@ constexpr int kFinestSteps = 8;
 /// Places that one search goes on from: a neighbour bone may look better on the coarsest level.
 constexpr std::size_t kPlaces = 3;
 
+/// Share of the finest level's tiles that a first step there is taken on.
+constexpr double kTilesOnTheWay = 0.4;
 /// On a level a place that is less alike than another one by so much, after some steps, is not gone on with: rivals
 /// count down to accept/clear_margin (0.06) below the best, and no trial's verdict changed by it.
 constexpr double kHopeless = 0.1;
@@ -185,6 +187,13 @@ void finish(FrameObjective* objective, int coarsest, Attempt* attempt) {
   if (coarsest == 0 || attempt->solution.failed) return;
   const Stage coarse = coarseStages(1, options).front();
   attempt->solution.robust_scale2 = objective->robustScale(coarse, attempt->solution.T_camera_ct);
+  // The way there on some of the tiles, as a tracked frame goes it; the result on all of them.
+  const Solution coarser = attempt->solution;
+  objective->views().keepContrastTiles(kTilesOnTheWay);
+  objective->solve(stageOn(0, 1, options.similarity), &attempt->solution);
+  objective->views().useAllTiles();
+  if (attempt->solution.failed) attempt->solution = coarser;
+  attempt->solution.sums = coarser.sums;
   MostAlike most;
   attempt->solution =
       descend(objective, {stageOn(0, kFinestSteps, options.similarity)}, attempt->leave_out, attempt->solution, &most);

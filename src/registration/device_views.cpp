@@ -179,6 +179,10 @@ void DeviceViews::keepContrastTiles(double part) {
   for (View& view : views_) engine_->keepContrastTiles(view.xray.get(), 0, part);
 }
 
+void DeviceViews::useAllTiles() {
+  for (View& view : views_) engine_->useAllTiles(view.xray.get());
+}
+
 double DeviceViews::depthOf(const RigidTransform& T_view_ct) const {
   return std::max((T_view_ct * centreCt()).z(), 1.0);
 }

@@ -80,6 +80,8 @@ class DeviceViews {
 
   /// Uses only the `part` of the finest level's tiles in which the X-rays vary most, until they are weighed anew.
   void keepContrastTiles(double part);
+  /// Brings them back.
+  void useAllTiles();
 
   /// From the source to the CT's centre, mm; at least 1.
   double depthOf(const RigidTransform& T_view_ct) const;

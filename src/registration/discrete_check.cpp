@@ -32,6 +32,8 @@ constexpr double kBetterLikeness = 0.02;
 constexpr double kNothingBetter = 1.0 - kBetterLikeness;
 /// Likeness in the searched images that a hypothesis may lack against the solution's and still be looked at closer.
 constexpr double kWorthALook = 0.05;
+/// What lacks so much more after some steps of a search will not make up for it.
+constexpr double kHopeless = 0.1;
 /// A start so near to where a mirrored X-ray fits is none that was far off.
 constexpr double kNearStartRad = 0.5;
 
@@ -73,11 +75,12 @@ class SmallFrame {
     return static_cast<int>(std::lround(seen.told.fx / seen.level(0).camera.fx));
   }
 
-  /// Searches around where it stands on a level, or on the coarsest that there is; the likeness there.
-  double search(int level) {
+  /// Searches around where it stands on a level, or on the coarsest that there is; the likeness there. What stays below
+  /// `hopeless` is not followed to its end.
+  double search(int level, double hopeless = -1.0) {
     level = std::min(level, views_.lastLevel());
-    const Similarity similarity = objective_.options().similarity;
-    solution_.T_camera_ct = searchAround(&objective_, {level, coarseSpan(similarity), kSteps}, pose(), 1, 1).front();
+    const Stage stage{level, coarseSpan(objective_.options().similarity), kSteps};
+    solution_.T_camera_ct = searchAround(&objective_, stage, pose(), 1, 1, hopeless).front();
     return refine(level);
   }
 
@@ -168,7 +171,7 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
     if (found && !hypothesis.keeps_likeness) continue;
     SmallFrame other(engine, hypotheses.putRight(i, smaller.views, T_camera_ct_start, solution.T_camera_ct, centre_ct),
                      options);
-    if (other.search(level) < least) continue;
+    if (other.search(level, least - kHopeless) < least) continue;
     if (!told_likeness) told_likeness = SmallFrame(engine, told, options).likeness();
     PutRight closer = hypotheses.putRight(i, told.views, T_camera_ct_start, solution.T_camera_ct, centre_ct);
     closer.T_camera_ct_start = other.pose();

@@ -73,18 +73,25 @@ std::vector<RigidTransform> placesOf(std::vector<GaussNewtonResult> refined, con
 }
 
 std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& stage, const RigidTransform& start,
-                                         int first_index, std::size_t places) {
-  return searchAround(objective, stage, stage, start, first_index, places);
+                                         int first_index, std::size_t places, double hopeless) {
+  return searchAround(objective, stage, stage, start, first_index, places, hopeless);
 }
 
 std::vector<RigidTransform> searchAround(FrameObjective* objective, const Stage& ranked_on, const Stage& refined_on,
-                                         const RigidTransform& start, int first_index, std::size_t places) {
+                                         const RigidTransform& start, int first_index, std::size_t places,
+                                         double hopeless) {
+  constexpr int kPatience = 5;
   const Eigen::Vector3d& centre_ct = objective->views().centreCt();
   const std::vector<RigidTransform> poses = posesAround(start, centre_ct, objective->options(), first_index);
   const std::vector<StepSums> ranked = objective->evaluate(ranked_on, kNotRobust, poses);
   if (ranked.empty()) return {start};
-  const auto batch = [&](const std::vector<RigidTransform>& asked) {
-    return objective->evaluate(refined_on, kNotRobust, asked);
+  int evaluations = 0;
+  double most = -1.0;
+  const auto batch = [&](const std::vector<RigidTransform>& asked) -> std::vector<StepSums> {
+    if (evaluations++ >= kPatience && most < hopeless) return {};
+    std::vector<StepSums> sums = objective->evaluate(refined_on, kNotRobust, asked);
+    for (const StepSums& one : sums) most = std::max(most, one.similarity);
+    return sums;
   };
   const std::vector<RigidTransform> refined = bestOf(poses, ranked, places == 1 ? kRefinedForOne : kRefined);
   return placesOf(minimiseMany(batch, refined, centre_ct, objective->solverFor(refined_on, start)), centre_ct, places);

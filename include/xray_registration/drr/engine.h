@@ -68,8 +68,9 @@ class Engine {
   virtual void restoreWeights(ResidentXray* xray) = 0;
 
   /// Uses only the `part` of a level's tiles in which the X-ray varies most: they carry nearly all information, and the
-  /// march costs by the tile. Weighing anew brings all tiles back.
+  /// march costs by the tile. Weighing anew brings all tiles back, and so does useAllTiles.
   virtual void keepContrastTiles(ResidentXray* xray, int xray_level, double part) = 0;
+  virtual void useAllTiles(ResidentXray* xray) = 0;
 
   /// Objective and normal equations for many poses of one level of an X-ray in one launch.
   virtual std::vector<StepSums> evaluate(ResidentXray* xray, int xray_level, int volume_level,

@@ -184,6 +184,8 @@ class EngineOpenCl : public Engine {
     guarded(device_->name(), "choosing tiles", [&] { own(xray).keepContrastTiles(xray_level, part, &bench_); });
   }
 
+  void useAllTiles(ResidentXray* xray) override { own(xray).useAllTiles(); }
+
   std::vector<StepSums> evaluate(ResidentXray* xray, int xray_level, int volume_level,
                                  const std::vector<RigidTransform>& T_camera_ct,
                                  const WindowOptions& options) override {

@@ -34,6 +34,8 @@ class OpenClXray : public ResidentXray {
   /// weight = mask · map on full size, the map's points kMapStep pixels apart; later levels follow.
   void weigh(const cl::Buffer& map, int map_width, int map_height, Workbench* bench);
   void keepContrastTiles(int level, double part, Workbench* bench);
+  /// All that the limits leave.
+  void useAllTiles();
   /// Adds an image of the level's size to what surrounds the body.
   void surroundWith(const cl::Buffer& image, int level, Workbench* bench);
 
@@ -55,7 +57,6 @@ class OpenClXray : public ResidentXray {
   void addLevel(const XrayCamera& camera);
   void takeStorage();
   void markTiles(int level, Workbench* bench);
-  void useAllTiles();
 
   std::shared_ptr<XrayPixels> pixels_;
   std::unique_ptr<LookStorage> storage_;
