@@ -109,11 +109,11 @@ std::string inWords(const Eigen::Matrix3d& turn, double as_given, double best) {
                   std::round(axis.z() / axis.cwiseAbs().maxCoeff()));
   }
   const double sign = about_one && axis[largest] < 0.0 ? -1.0 : 1.0;
-  char text[224];
+  char text[320];
   std::snprintf(
       text, sizeof text,
       "the start is wrong: turned by %.0f degrees about %s the CT would look like the X-ray (%.2f), and as given "
-      "it does not (%.2f)",
+      "it does not (%.2f); give another start, or check the image source's flip and rotation settings",
       sign * angle_axis.angle() * 180.0 / M_PI, about, best, as_given);
   return text;
 }
