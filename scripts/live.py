@@ -25,20 +25,22 @@ class Master:
         sys.path.insert(0, os.path.join(documents.ROOT, 'build/devel/lib/python3/dist-packages'))
         self.process = subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL,
                                         stderr=subprocess.DEVNULL)
-        self._wait_for(port)
+        if not self._answers(port):
+            self.__exit__()
+            sys.exit('rosmaster does not answer')
 
     def __exit__(self, *_):
         self.process.terminate()
         self.process.wait()
 
     @staticmethod
-    def _wait_for(port):
+    def _answers(port):
         for _ in range(300):
             with socket.socket() as probe:
                 if probe.connect_ex(('127.0.0.1', port)) == 0:
-                    return
+                    return True
             time.sleep(0.1)
-        sys.exit('rosmaster does not answer')
+        return False
 
 
 class Node:

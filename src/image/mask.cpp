@@ -65,8 +65,8 @@ void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& us
         if (search == 1 && options.letters) letters_found = mask_detail::lettersIn(copy, field);
       }
     });
-    if (options.letters) mask_detail::leaveOut(letters_found, copy.factor(), &frame->mask);
-    if (options.metal) mask_detail::leaveOut(metal_found, copy.factor(), &frame->mask);
+    mask_detail::leaveOut(letters_found, copy.factor(), &frame->mask);
+    mask_detail::leaveOut(metal_found, copy.factor(), &frame->mask);
   }
   if (!user.empty()) intersect(user, &frame->mask);
 }

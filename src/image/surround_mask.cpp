@@ -148,9 +148,12 @@ std::vector<EdgePoint> edgeOf(const cv::Mat& field, const cv::Mat& small, float 
   return edge;
 }
 
+std::ptrdiff_t sharpPoints(const std::vector<EdgePoint>& edge) {
+  return std::count_if(edge.begin(), edge.end(), [](const EdgePoint& point) { return point.is_sharp; });
+}
+
 double sharpShare(const std::vector<EdgePoint>& edge) {
-  const auto sharp = std::count_if(edge.begin(), edge.end(), [](const EdgePoint& point) { return point.is_sharp; });
-  return edge.empty() ? 0.0 : static_cast<double>(sharp) / static_cast<double>(edge.size());
+  return edge.empty() ? 0.0 : static_cast<double>(sharpPoints(edge)) / static_cast<double>(edge.size());
 }
 
 struct Circle {
@@ -202,9 +205,7 @@ double arcInImage(const Circle& circle, const cv::Size& size) {
 /// The circle that most of the edge lies on while the rest lies inside, as where air in the field is as bright as the
 /// surround. Only its sharp places count.
 std::optional<Circle> discOf(const std::vector<EdgePoint>& edge, const cv::Size& size) {
-  long sharp = 0;
-  for (const EdgePoint& point : edge) sharp += point.is_sharp ? 1 : 0;
-  if (sharp < kLeastPoints) return std::nullopt;
+  if (sharpPoints(edge) < kLeastPoints) return std::nullopt;
   const long most_outside = static_cast<long>(edge.size()) / 30;
   cv::RNG random(1);  // The same image has the same mask.
   const auto any = [&] { return edge[static_cast<std::size_t>(random.uniform(0, static_cast<int>(edge.size())))].at; };

@@ -37,6 +37,8 @@ constexpr double kHopeless = 0.1;
 /// A start so near to where a mirrored X-ray fits is none that was far off.
 constexpr double kNearStartRad = 0.5;
 
+std::string inWords(double likeness) { return std::to_string(likeness).substr(0, 5); }
+
 std::string inDegrees(double angle_rad) { return std::to_string(std::lround(angle_rad * kDegreesPerRadian)); }
 
 ViewInput reduced(const ViewInput& view, int factor) {
@@ -122,6 +124,13 @@ class SmallFrame {
   Solution solution_;
 };
 
+/// The hypothesis that explains a frame best so far, and where the CT is then.
+struct Explained {
+  const DiscreteHypothesis* hypothesis;
+  RigidTransform T_camera_ct;
+  Likeness likeness;
+};
+
 /// A mirror image of the CT's is what the CT itself looks like from its other side, nearly. When an X-ray looks
 /// mirrored far from the start, it may be the start that is wrong.
 /// @return why; "" when no such start explains as much as the mirrored X-ray.
@@ -135,7 +144,7 @@ std::string wrongStart(Engine* engine, const std::vector<ViewInput>& views, cons
     const Likeness likeness = plain.likeness();
     if (likeness.mean < mirrored.mean - kBetterLikeness) continue;
     return "the start looks wrong: turned by " + inDegrees(rotationAngleBetween(plain.pose(), T_camera_ct_start)) +
-           " degrees the CT would look like the X-ray (likeness " + std::to_string(likeness.mean).substr(0, 5) +
+           " degrees the CT would look like the X-ray (likeness " + inWords(likeness.mean) +
            "); give another start, or search for one (~localize)";
   }
   return "";
@@ -163,6 +172,7 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
   std::optional<Likeness> told_likeness;
 
   DiscreteOpinion opinion;
+  std::optional<Explained> best;
   double most = kBetter;
   const Eigen::Vector3d centre_ct = engine->volume().centreCt();
   const DiscreteHypotheses hypotheses(names);
@@ -181,18 +191,19 @@ DiscreteOpinion checkDiscrete(Engine* engine, const std::vector<ViewInput>& view
     const double sigma = std::hypot(likeness.sigma, told_likeness->sigma);
     if (likeness.mean < options.accept.min_similarity || gain < kBetterLikeness || gain < most * sigma) continue;
     most = gain / sigma;
+    best = Explained{&hypothesis, closer_frame.pose(), likeness};
     opinion.suspicions = {{hypothesis.what, hypothesis.in_words, gain, sigma, "", 0.0, true}};
-    opinion.refusal = hypothesis.in_words + ": that would explain it better than what was told (likeness " +
-                      std::to_string(likeness.mean).substr(0, 5) + " instead of " +
-                      std::to_string(told_likeness->mean).substr(0, 5) + "); " + hypothesis.remedy;
-    const double from_start_rad = rotationAngleBetween(closer_frame.pose(), T_camera_ct_start);
-    if (found || hypothesis.what != "mirrored_image" || from_start_rad < kNearStartRad) continue;
-    const std::string problem =
-        wrongStart(engine, told.views, T_camera_ct_start, closer_frame.pose(), likeness, options);
-    if (!problem.empty()) opinion = {{}, problem};
-    if (problem.empty())
-      opinion.refusal += ", and the start, which is " + inDegrees(from_start_rad) + " degrees off then";
   }
+  if (!best) return opinion;
+  opinion.refusal = best->hypothesis->in_words + ": that would explain it better than what was told (likeness " +
+                    inWords(best->likeness.mean) + " instead of " + inWords(told_likeness->mean) + "); " +
+                    best->hypothesis->remedy;
+  const double from_start_rad = rotationAngleBetween(best->T_camera_ct, T_camera_ct_start);
+  if (found || best->hypothesis->what != "mirrored_image" || from_start_rad < kNearStartRad) return opinion;
+  const std::string problem =
+      wrongStart(engine, told.views, T_camera_ct_start, best->T_camera_ct, best->likeness, options);
+  if (!problem.empty()) return {{}, problem};
+  opinion.refusal += ", and the start, which is " + inDegrees(from_start_rad) + " degrees off then";
   return opinion;
 }
 
