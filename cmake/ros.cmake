@@ -14,7 +14,8 @@ target_include_directories(xray_registration_ros PUBLIC
 target_include_directories(xray_registration_ros SYSTEM PUBLIC
   ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_INCLUDE_DESTINATION}/.. ${catkin_INCLUDE_DIRS} ${OpenCV_INCLUDE_DIRS})
 target_link_libraries(xray_registration_ros PUBLIC
-  xray_registration_core ${catkin_LIBRARIES} ${YAML_CPP_LIBRARIES} ${OpenCV_LIBS})
+  xray_registration_core ${catkin_LIBRARIES} ${YAML_CPP_LIBRARIES} ${OpenCV_LIBS}
+  PRIVATE BZip2::BZip2)
 
 # xray_ros_executable(<name> sources...): goes where rosrun looks.
 function(xray_ros_executable name)
@@ -26,6 +27,7 @@ endfunction()
 
 if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/registration_node.cpp)
   xray_ros_executable(xray_registration_node src/tools/registration_node.cpp)
+  target_include_directories(xray_registration_node PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   add_library(xray_registration_nodelet SHARED src/ros/registration_nodelet.cpp)
   target_link_libraries(xray_registration_nodelet PRIVATE xray_registration_warnings)
   target_link_libraries(xray_registration_nodelet PRIVATE xray_registration_ros)

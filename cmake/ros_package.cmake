@@ -8,9 +8,10 @@ set(CATKIN_ENABLE_TESTING ${XRAY_REGISTRATION_TESTS} CACHE BOOL "catkin's test t
 
 set(xray_catkin_components
   actionlib actionlib_msgs diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
-  interactive_markers nodelet pluginlib rosbag roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros
+  interactive_markers nodelet pluginlib rosbag roscpp roslz4 sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros
   visualization_msgs)
 find_package(catkin REQUIRED COMPONENTS message_generation ${xray_catkin_components})
+find_package(BZip2 REQUIRED)
 find_package(yaml-cpp REQUIRED)
 
 add_message_files(DIRECTORY msg FILES BodyStatus.msg RegistrationStatus.msg Suspicion.msg)

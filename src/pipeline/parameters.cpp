@@ -181,6 +181,8 @@ void readLocalize(const YAML::Node& tree, LocalizeParameters* localize) {
   ParameterGroup group(tree, "localize");
   group.number("nearest_mm", 10.0, 1e4, &localize->nearest_mm);
   group.number("farthest_mm", 10.0, 1e4, &localize->farthest_mm);
+  group.words("centre_frame", &localize->centre_frame);
+  group.number("centre_range_mm", 1.0, 1e4, &localize->centre_range_mm);
   group.refuseUnknown();
   if (localize->farthest_mm < localize->nearest_mm) {
     group.fail("farthest_mm", std::to_string(localize->farthest_mm), "not less than localize/nearest_mm");

@@ -1,16 +1,15 @@
 #include "xray_registration/ros/bag_session.h"
 
-#include <geometry_msgs/PoseStamped.h>
-#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <tf2/buffer_core.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "bag_message.h"
+#include "bag_structure.h"
 #include "xray_registration/common/names.h"
 #include "xray_registration/ros/conversions.h"
 
@@ -36,6 +35,9 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
+  if (const auto damage = bagDamage(path)) {
+    throw BagSessionError(path + ": " + *damage + "; 'rosbag reindex " + path + "' may save what is whole");
+  }
   auto bag = std::make_unique<rosbag::Bag>();
   try {
     bag->open(path, rosbag::bagmode::Read);
@@ -183,12 +185,12 @@ void BagSession::Implementation::indexView(std::size_t number, const std::map<st
   }
   queries.push_back(std::make_unique<rosbag::View>(*bag, rosbag::TopicQuery(wanted)));
   for (const rosbag::MessageInstance& message : *queries.back()) {
-    if (const auto image = message.instantiate<sensor_msgs::Image>()) {
+    if (const auto image = messageOf<sensor_msgs::Image>(message)) {
       index.images.push_back({image->header.stamp, message});
       if (view.frame_id.empty()) view.frame_id = tfFrame(image->header.frame_id);
-    } else if (const auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
+    } else if (const auto info = messageOf<sensor_msgs::CameraInfo>(message)) {
       index.camera_infos[info->header.stamp] = info;
-    } else if (const auto pose = message.instantiate<geometry_msgs::PoseStamped>()) {
+    } else if (const auto pose = messageOf<geometry_msgs::PoseStamped>(message)) {
       const std::string& topic = message.getTopic();
       const RigidTransform T = fromPose(pose->pose, topic);
       if (topic == pose_topic) {
@@ -220,7 +222,7 @@ void BagSession::Implementation::readRelativePoses() {
   tf2::BufferCore transforms;
   rosbag::View query(*bag, rosbag::TopicQuery("/tf_static"));
   for (const rosbag::MessageInstance& message : query) {
-    const auto transforms_message = message.instantiate<tf2_msgs::TFMessage>();
+    const auto transforms_message = messageOf<tf2_msgs::TFMessage>(message);
     if (!transforms_message) continue;
     for (const auto& transform : transforms_message->transforms) transforms.setTransform(transform, path, true);
   }
@@ -273,7 +275,7 @@ BagFrame BagSession::frame(std::size_t index) const {
     BagViewData& view = frame.views[i];
     const ImageEntry& image = self.indices[i].images[*entry.images[i]];
     try {
-      view.image = image.message.instantiate<sensor_msgs::Image>();
+      view.image = messageOf<sensor_msgs::Image>(image.message);
     } catch (const std::exception& error) {
       throw BagSessionError(self.path + ": " + image.message.getTopic() + ": " + error.what());
     }
@@ -302,11 +304,11 @@ bool appendPoses(const rosbag::MessageInstance& message, const std::string& ct_f
   const auto append = [poses](const std_msgs::Header& header, const RigidTransform& T_frame_ct) {
     poses->push_back({tfFrame(header.frame_id), header.stamp, T_frame_ct});
   };
-  if (const auto stamped = message.instantiate<geometry_msgs::PoseStamped>()) {
+  if (const auto stamped = messageOf<geometry_msgs::PoseStamped>(message)) {
     append(stamped->header, fromPose(stamped->pose, topic));
-  } else if (const auto with_covariance = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+  } else if (const auto with_covariance = messageOf<geometry_msgs::PoseWithCovarianceStamped>(message)) {
     append(with_covariance->header, fromPose(with_covariance->pose.pose, topic));
-  } else if (const auto transforms = message.instantiate<tf2_msgs::TFMessage>()) {
+  } else if (const auto transforms = messageOf<tf2_msgs::TFMessage>(message)) {
     for (const auto& transform : transforms->transforms) {
       if (tfFrame(transform.child_frame_id) != ct_frame) continue;
       append(transform.header, fromTransform(transform.transform, topic));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "xray_registration/ros/registration_worker.h"
@@ -5,6 +6,9 @@
 
 namespace xray_registration {
 namespace {
+
+// No patient is nearer to the source.
+constexpr double kLeastDepthMm = 100.0;
 
 void answer(WideSearchTask* task, const std::string& message) {
   WideSearchTask::Answer refusal;
@@ -45,8 +49,7 @@ std::string RegistrationWorker::searchProblem(WideSearchTask* task) {
   WideSearchRange range;
   range.rotation_rad = task->rotation_rad;
   range.translation_mm = task->translation_mm;
-  range.nearest_mm = parameters_.localize.nearest_mm;
-  range.farthest_mm = parameters_.localize.farthest_mm;
+  if (std::string problem = searchDepths(header, &range); !problem.empty()) return problem;
   if (task->T_frame_ct_centre) {
     std::string why;
     const std::optional<RigidTransform> T_camera_frame =
@@ -58,6 +61,25 @@ std::string RegistrationWorker::searchProblem(WideSearchTask* task) {
     range.T_camera_ct_centre = pipeline_.prediction(header.stamp.toSec());
   }
   return pipeline_.beginSearch(header.stamp.toSec(), rawViews(task->frame, header.frame_id), range);
+}
+
+/// How far from the first view's source a search without a centre looks; why that is not known.
+std::string RegistrationWorker::searchDepths(const std_msgs::Header& header, WideSearchRange* range) const {
+  const LocalizeParameters& localize = parameters_.localize;
+  range->nearest_mm = localize.nearest_mm;
+  range->farthest_mm = localize.farthest_mm;
+  if (localize.centre_frame.empty()) return {};
+  std::string why;
+  const std::optional<RigidTransform> T_camera_centre =
+      transforms_->lookup(header.frame_id, localize.centre_frame, header.stamp, parameters_.frames.tf_timeout_s, &why);
+  if (!T_camera_centre) return "localize/centre_frame: " + why;
+  // The axis crosses this distance; beside the axis the image itself says where the CT is.
+  const double depth_mm = T_camera_centre->translation().z();
+  range->nearest_mm = std::max(depth_mm - localize.centre_range_mm, kLeastDepthMm);
+  range->farthest_mm = depth_mm + localize.centre_range_mm;
+  if (range->farthest_mm > range->nearest_mm) return {};
+  return "localize/centre_frame: '" + localize.centre_frame + "' lies behind the X-ray source of '" + header.frame_id +
+         "'; is it the right frame, and does the optical frame's z point to the detector?";
 }
 
 /// One slice, then whatever else waits for the worker; so a reset, another CT, or the node's end get between.

@@ -7,10 +7,22 @@
 #include <csignal>
 #include <exception>
 
+#include "tools/common/node_help.h"
 #include "xray_registration/common/frame_memory.h"
 #include "xray_registration/ros/logger_service.h"
 
 namespace {
+
+constexpr char kHelp[] = R"(A ROS node that registers a CT to live X-ray images and publishes its pose.
+
+Usage: rosrun xray_registration xray_registration_node [_<parameter>:=<value>...] [<topic>:=<other topic>...]
+  --help, -h                    this
+
+It wants a CT (_ct/path:=FILE, or the service ~load_ct), X-rays (image_raw and camera_info; several views by the
+parameter views), and a first pose (parameter initial_pose, initialpose, ~set_initial_pose, ~register_landmarks, or
+~localize, which needs none). roslaunch xray_registration register.launch ct:=FILE starts it; README.md has the
+topics and services, docs/parameters.md every parameter. Research use only: this is not a medical device.
+)";
 
 /// All that a handler may touch. roscpp shuts down beside whatever runs, and a node that is just being made then waits
 /// for its log for ever; so the node is made whole first, and ends by itself.
@@ -49,6 +61,7 @@ int run(const ros::NodeHandle& node) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (xray_registration::tools::saidHelp(argc, argv, kHelp)) return 0;
   xray_registration::keepMemoryBetweenFrames();
   try {
     ros::init(argc, argv, "xray_registration");

@@ -10,6 +10,7 @@
 
 #include "tools/common/command_line.h"
 #include "tools/common/ct_source.h"
+#include "tools/common/node_help.h"
 #include "tools/common/session_generator.h"
 #include "tools/common/session_messages.h"
 #include "xray_registration/ros/conversions.h"
@@ -18,6 +19,35 @@ namespace {
 
 using namespace xray_registration;
 using namespace xray_registration::tools;
+
+constexpr char kHelp[] =
+    R"(A ROS node that publishes simulated X-rays of a CT or a phantom that moves, with their true poses, at a set rate.
+
+Usage: rosrun xray_registration simulator_node [_<parameter>:=<value>...] [<topic>:=<other topic>...]
+  --help, -h                    this
+
+Topics, for each view: <view>/image_raw, <view>/camera_info, <view>/ground_truth; /tf_static where there are several.
+
+Parameters                      default
+  ct/path                                 a CT; without it a phantom is made
+  phantom                       head      or pelvis
+  phantom_spacing_mm            1.0
+  views                         ap:0      names and angles in degrees, such as ap:0,lateral:90
+  rate                          10        Hz
+  image_size                    256       pixels
+  detector_mm                   300       the detector's side
+  source_detector_mm            1200
+  source_centre_mm              800       from the source to the CT's centre
+  amplitude_mm, amplitude_deg   10, 6     of the motion
+  period                        6         s, of the motion
+  instrument                    false     a rod and a ball of metal that stay with the camera
+  seed                          1         of the motion and the noise
+  physics/photons, physics/readout_noise, physics/scatter, physics/gain, physics/collimator_px
+  ct/water_attenuation, ct/threshold_hu, ct/hu_slope, ct/hu_intercept, ct/unit_mm, ct/orientation, ct/check_values
+                                          as the registration node's (docs/parameters.md)
+
+The motion's first period is rendered before the first image is sent. Research use only.
+)";
 
 struct SimulatorParameters {
   CtSource ct;
@@ -186,6 +216,7 @@ void run() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (saidHelp(argc, argv, kHelp)) return kDone;
   ros::init(argc, argv, "xray_simulator");
   try {
     run();

@@ -44,6 +44,8 @@ TEST(ConfigurationFiles, DefaultHoldsTheDefaults) {
   EXPECT_EQ(file.recover, code.recover);
   EXPECT_EQ(file.localize.nearest_mm, code.localize.nearest_mm);
   EXPECT_EQ(file.localize.farthest_mm, code.localize.farthest_mm);
+  EXPECT_EQ(file.localize.centre_frame, code.localize.centre_frame);
+  EXPECT_EQ(file.localize.centre_range_mm, code.localize.centre_range_mm);
   EXPECT_EQ(file.calibration_frames, code.calibration_frames);
   EXPECT_EQ(file.image.linearize.kind, code.image.linearize.kind);
   EXPECT_EQ(file.image.find.collimator, code.image.find.collimator);

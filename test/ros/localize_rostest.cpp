@@ -1,6 +1,7 @@
 // The action ~localize with real goals, and a node that finds back by itself. Each case runs by itself, in any order.
 #include <actionlib/client/simple_action_client.h>
 #include <gtest/gtest.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 #include <xray_registration/LocalizeAction.h>
 
 #include <cmath>
@@ -183,6 +184,49 @@ TEST_F(Localize, WhatIsLostIsFoundElsewhere) {
   ASSERT_TRUE(waitFor([&] { return (status = send(elsewhere)).accepted; }, 60.0)) << status.reason;
   const PoseError error = scene_->error(fromPose(status.pose), elsewhere);
   EXPECT_LT(error.inplane_mm, kInplaneTolerance) << "similarity " << status.similarity;
+}
+
+geometry_msgs::TransformStamped isocentreAt(double depth_m) {
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = ros::Time::now();
+  transform.header.frame_id = kFrame;
+  transform.child_frame_id = "isocentre";
+  transform.transform.translation.x = 0.05;  // Beside the axis, which does not matter.
+  transform.transform.translation.z = depth_m;
+  transform.transform.rotation.w = 1.0;
+  return transform;
+}
+
+TEST(LocalizeByTf, AFrameSaysHowFarAwayTheCtIs) {
+  const Scene scene("localize_by_tf");
+  NodeProbe probe("isocentre/registration", {"isocentre"});
+  Client client("isocentre/registration/localize", false);
+  ASSERT_TRUE(probe.connected());
+  ASSERT_TRUE(waitFor([&] { return client.isServerConnected(); }));
+  ASSERT_TRUE(probe.loadCt(scene.ctPath()).success);
+  const RigidTransform truth = scene.pose(3);
+  const sensor_msgs::Image image = scene.image(truth, ros::Time::now(), kFrame);
+  probe.publish(image, scene.info(image.header));
+  probe.answer(image.header.stamp);
+  const auto ask = [&client] {
+    client.sendGoal(LocalizeGoal());
+    EXPECT_TRUE(waitFor([&] { return client.getState().isDone(); }, 60.0));
+    return client.getResult()->message;
+  };
+  EXPECT_NE(ask().find("isocentre"), std::string::npos) << client.getResult()->message;
+
+  tf2_ros::StaticTransformBroadcaster broadcaster;
+  broadcaster.sendTransform(isocentreAt(-1.0));
+  EXPECT_TRUE(waitFor([&] { return ask().find("behind the X-ray source") != std::string::npos; }))
+      << client.getResult()->message;
+  broadcaster.sendTransform(isocentreAt(1e-3 * (truth * scene.centreCt()).z() + 0.08));
+  EXPECT_TRUE(waitFor([&] {
+    ask();
+    return client.getResult()->success;
+  })) << client.getResult()->message;
+  const PoseError error = scene.error(fromPose(client.getResult()->pose.pose), truth);
+  EXPECT_LT(error.inplane_mm, kInplaneTolerance);
+  EXPECT_LT(error.mtre_mm, kMtreTolerance);
 }
 
 }  // namespace

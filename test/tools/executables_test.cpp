@@ -91,8 +91,9 @@ std::size_t lineCount(const std::string& text) {
 }
 
 TEST_F(ExecutablesTest, HelpIsNoError) {
-  for (const char* tool : {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor",
-                           "compare_poses", "calibrate", "inspect_ct", "dicom_to_bag", "landmarks"}) {
+  for (const char* tool :
+       {"render", "register_bag", "simulate_session", "make_phantom", "demo_monitor", "compare_poses", "calibrate",
+        "inspect_ct", "dicom_to_bag", "landmarks", "simulator_node", "xray_registration_node"}) {
     const Outcome outcome = tools().run(std::string(tool) + " --help");
     EXPECT_EQ(outcome.code, 0) << tool;
     EXPECT_NE(outcome.out.find("--help"), std::string::npos) << tool;

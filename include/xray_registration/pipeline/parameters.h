@@ -78,8 +78,10 @@ struct SyncParameters {
 
 /// localize/…: a wide search without any start.
 struct LocalizeParameters {
-  double nearest_mm = 450.0;    ///< From the first view's source to the CT's centre, at least,
-  double farthest_mm = 1100.0;  ///< and at most.
+  double nearest_mm = 450.0;       ///< From the first view's source to the CT's centre, at least,
+  double farthest_mm = 1100.0;     ///< and at most.
+  std::string centre_frame;        ///< Set: a frame of tf near the CT's centre says the distance instead,
+  double centre_range_mm = 200.0;  ///< so much more or less.
 };
 
 /// clicks/…
@@ -97,13 +99,13 @@ struct NodeParameters {
   SyncParameters sync;
   StampParameters stamps;
   HealthParameters health;
+  LocalizeParameters localize;
   ClickParameters clicks;
   std::vector<std::string> views;  ///< Empty: one view, topics without a prefix.
   std::string device = "auto";
   RegistrarOptions registrar;         ///< method, accept/…, solver/…, paper/…
   TrackerOptions tracker;             ///< tracking/…
   Recover recover = Recover::kLocal;  ///< tracking/recover
-  LocalizeParameters localize;
   int calibration_frames =
       12;  ///< calibration/frames: kept for ~calibrate, those whose poses differ the most; 0: none.
   Mode mode = Mode::kTrack;

@@ -109,6 +109,7 @@ class RegistrationWorker {
   Calibrate::Response calibrateNow();
   void beginSearch(const std::shared_ptr<WideSearchTask>& task);
   std::string searchProblem(WideSearchTask* task);
+  std::string searchDepths(const std_msgs::Header& header, WideSearchRange* range) const;
   void advanceSearch(const std::shared_ptr<WideSearchTask>& task);
   void endSearch(WideSearchTask* task, const FrameOutcome& outcome);
   std::string lookUpCamera(const std_msgs::Header& header);

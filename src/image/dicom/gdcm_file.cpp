@@ -206,6 +206,10 @@ FileContents readFile(const std::string& path) {
   const DicomStructure structure = dicomStructure(path);
   if (structure.is_deflated) refuse(path, "its elements are deflated, which is not read; unpack it (dcmconv +te)");
   if (!structure.is_whole) refuse(path, "it is cut off or damaged: its elements do not end within it");
+  // GDCM ends the process on some that are damaged behind their pixels.
+  if (!structure.pixels_fit) {
+    refuse(path, "the file is truncated or damaged: its pixels, or what follows them, do not end within it");
+  }
   const QuietItk quiet;
   FileContents contents;
   try {
