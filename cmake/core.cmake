@@ -89,9 +89,8 @@ endif()
 if(NOT XRAY_REGISTRATION_COMPUTE_ONLY)
   # GDCM, which ITK reads DICOM with, prints what it finds in files; its switch for that is in a header of its own.
   find_path(GDCM_INCLUDE_DIR gdcmTrace.h HINTS ${ITK_INCLUDE_DIRS} PATH_SUFFIXES gdcm-3.0 gdcm-2.8 REQUIRED)
-  xray_room(common_itk SOURCES ${common_itk_sources} ROOMS common LIBRARIES ${ITK_LIBRARIES} gdcmCommon)
-  # CTs of DICOM files are read by it alone.
   set(gdcm_libraries gdcmMSFF gdcmDSED gdcmDICT gdcmIOD gdcmCommon)
+  xray_room(common_itk SOURCES ${common_itk_sources} ROOMS common LIBRARIES ${ITK_LIBRARIES} ${gdcm_libraries})
   xray_room(volume_itk SOURCES ${volume_itk_sources} ${reading_sources} ROOMS volume common_itk
             LIBRARIES Eigen3::Eigen ${ITK_LIBRARIES} ${gdcm_libraries})
   xray_room(image_itk SOURCES ${image_itk_sources} ROOMS image common_itk LIBRARIES ${ITK_LIBRARIES})

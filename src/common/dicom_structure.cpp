@@ -87,8 +87,18 @@ void checkRange(std::uint32_t tag, std::uint32_t value) {
   for (const Range& range : kRanges) {
     if (tag == range.tag && (value < range.low || value > range.high)) throw Broken();
   }
-  // Whole bytes, but for 12 bits in a row.
-  if (tag == kBitsAllocated && value % 8 != 0 && value != 12) throw Broken();
+  // Whole bytes; 12 bits in a row were given up in 1998.
+  if (tag == kBitsAllocated && value % 8 != 0) throw Broken();
+}
+
+// Whose pixels are not packed; nothing: without the part that says.
+bool isNative(const std::string& syntax) {
+  return syntax.empty() || syntax == "1.2.840.10008.1.2" || syntax == "1.2.840.10008.1.2.1" ||
+         syntax == "1.2.840.10008.1.2.2";
+}
+
+void dropPadding(std::string* text) {
+  while (!text->empty() && (text->back() == '\0' || text->back() == ' ')) text->pop_back();
 }
 
 class Walk {
@@ -115,7 +125,11 @@ class Walk {
       encoding_.explicit_vr = hasMeta() ? syntax != "1.2.840.10008.1.2" : looksExplicit();
       walkElements(size_, 0);
       found.is_whole = true;
+      if (!at_pixels_) header_end_ = size_;
+      is_native_ = isNative(syntax);
       found.pixels_fit = !at_pixels_ || (pixelsFit() && restFits());
+      if (at_pixels_ && pixels_.length != kUndefined) found.pixel_bytes = pixels_.length;
+      found.header_bytes = static_cast<std::uint64_t>(header_end_);
     } catch (const Broken&) {
       // What was found out before stands.
     }
@@ -229,7 +243,7 @@ class Walk {
       if (one.tag == 0x00020010 && one.length < 100 && position_ + static_cast<long>(one.length) <= size_) {
         syntax.resize(one.length);
         read(syntax.data(), static_cast<long>(one.length));
-        while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
+        dropPadding(&syntax);
       } else {
         skip(one.length, size_);
       }
@@ -238,17 +252,22 @@ class Walk {
   }
 
   // Up to `end`, to the end of an item, or to the pixels of the file itself.
-  void walkElements(long end, int depth) {
+  void walkElements(long end, int depth, std::uint32_t last_tag = 0) {
     if (depth > kDeepest) throw Broken();
-    std::uint32_t last_tag = 0;
     while (position_ < end) {
+      const long start = position_;
       const Element one = element();
       // GDCM takes the file for one of another encoding, and does not survive what it then reads.
       if (depth == 0 && one.tag <= last_tag) throw Broken();
+      // Before an image's pixels there is its size at least.
+      if (depth == 0 && one.tag == kPixels && last_tag == 0) throw Broken();
       last_tag = one.tag;
       checkKnown(one);
       if (one.tag == kItemEnd && depth > 0) return;
       if (depth == 0 && one.tag == kPixels) {
+        // Of any other VR GDCM takes them for what they are not.
+        if (!one.vr.empty() && one.vr != "OB" && one.vr != "OW" && one.vr != "UN") throw Broken();
+        header_end_ = start;
         pixels_ = one;
         at_pixels_ = true;
         return;
@@ -258,6 +277,7 @@ class Walk {
       } else if (one.length == kUndefined && (one.vr == "OB" || one.vr == "OW")) {
         walkFragments(end);  // Of an icon.
       } else if (one.vr == "SQ" || one.length == kUndefined) {
+        if (!one.vr.empty() && one.vr != "SQ" && one.vr != "UN") throw Broken();
         walkSequence(one, end, depth);
       } else {
         skip(one.length, end);
@@ -272,15 +292,22 @@ class Walk {
     const bool is_open = sequence.length == kUndefined;
     const long last = is_open ? end : position_ + static_cast<long>(sequence.length);
     if (last > end) throw Broken();
+    bool has_end = !is_open;
     while (position_ < last) {
       const Element item = element();
-      if (item.tag == kSequenceEnd) break;
+      if (item.tag == kSequenceEnd) {
+        if (item.length != 0) throw Broken();
+        if (!is_open) continue;  // Not needed, and written by some.
+        has_end = true;
+        break;
+      }
       if (item.tag != kItem) throw Broken();
       const bool item_is_open = item.length == kUndefined;
       const long item_end = item_is_open ? last : position_ + static_cast<long>(item.length);
       if (item_end > last) throw Broken();
       walkElements(item_end, depth + 1);
     }
+    if (!has_end) throw Broken();
     encoding_ = outer;
   }
 
@@ -295,6 +322,8 @@ class Walk {
   bool pixelsFit() {
     try {
       if (pixels_.length == kUndefined) {
+        // Only packed ones are in fragments; of others GDCM takes what comes for lengths.
+        if (is_native_) return false;
         walkFragments(size_);
       } else {
         skip(pixels_.length, size_);
@@ -308,7 +337,7 @@ class Walk {
   // What comes behind the pixels: hardly ever more than padding.
   bool restFits() {
     try {
-      walkElements(size_, 0);
+      walkElements(size_, 0, kPixels);
     } catch (const Broken&) {
       return false;
     }
@@ -320,7 +349,9 @@ class Walk {
   long position_ = 0;
   Encoding encoding_;
   Element pixels_;
+  long header_end_ = 0;
   bool at_pixels_ = false;
+  bool is_native_ = false;
   bool meta_known_ = false;
   bool has_meta_ = false;
 };
@@ -328,5 +359,11 @@ class Walk {
 }  // namespace
 
 DicomStructure dicomStructure(const std::string& path) { return Walk(path).look(); }
+
+std::string dicomHeader(const std::string& path, const DicomStructure& structure) {
+  std::string header(structure.header_bytes, '\0');
+  std::ifstream(path, std::ios::binary).read(header.data(), static_cast<std::streamsize>(header.size()));
+  return header;
+}
 
 }  // namespace xray_registration

@@ -1,4 +1,4 @@
-#include <gdcmImageReader.h>
+#include <gdcmImage.h>
 #include <gdcmReader.h>
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "padding.h"
 #include "value_conversion.h"
 #include "xray_registration/common/dicom_structure.h"
+#include "xray_registration/common/gdcm_image.h"
 #include "xray_registration/common/itk_quiet.h"
 #include "xray_registration/volume/volume_error.h"
 
@@ -104,6 +105,7 @@ bool hasRoom(const gdcm::File& file, const DicomSlice& slice, const DicomStructu
   const double bytes = bits / 8.0 * slice.columns * slice.rows * slice.frames * slice.components;
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   const bool is_packed = syntax.IsEncapsulated();
+  if (!is_packed && structure.pixel_bytes && *structure.pixel_bytes < bytes) return false;
   std::error_code error;
   const auto size = static_cast<double>(std::filesystem::file_size(slice.path, error));
   return error || size * (is_packed ? kLargestCodecRatio : 1.0) >= bytes;
@@ -133,10 +135,8 @@ void convertPixels(const gdcm::PixelFormat& format, const std::string& path, con
       return convert(std::uint8_t{});
     case gdcm::PixelFormat::INT8:
       return convert(std::int8_t{});
-    case gdcm::PixelFormat::UINT12:
     case gdcm::PixelFormat::UINT16:
       return convert(std::uint16_t{});
-    case gdcm::PixelFormat::INT12:
     case gdcm::PixelFormat::INT16:
       return convert(std::int16_t{});
     case gdcm::PixelFormat::UINT32:
@@ -152,14 +152,31 @@ void convertPixels(const gdcm::PixelFormat& format, const std::string& path, con
   }
 }
 
+// RescaleSlope and RescaleIntercept (PS3.3 C.11.1).
+StoredScale scaleOf(const gdcm::DataSet& data, const std::string& path) {
+  StoredScale scale;
+  const std::string slope = textOf(data, 0x28, 0x1053);
+  const std::string intercept = textOf(data, 0x28, 0x1052);
+  const bool is_read = (slope.empty() || parseNumbers(slope, &scale.slope, 1)) &&
+                       (intercept.empty() || parseNumbers(intercept, &scale.intercept, 1));
+  if (!is_read || scale.slope == 0.0) {
+    refuse(path, "its RescaleSlope (0028,1053) or RescaleIntercept (0028,1052) is no number, or 0");
+  }
+  return scale;
+}
+
 template <typename To>
 StoredScale readPixels(const DicomSlice& slice, const FileRule& rule, To* out, ValueFacts* facts) {
   StoredScale scale;
   withGdcm(slice.path, [&] {
-    gdcm::ImageReader reader;
+    gdcm::Reader reader;
     reader.SetFileName(slice.path.c_str());
+    gdcm::Image image;
     if (!reader.Read()) refuse(slice.path, "its pixels cannot be read");
-    const gdcm::Image& image = reader.GetImage();
+    const std::optional<PixelBits> bits = imageOf(reader.GetFile(), &image);
+    if (!bits || image.GetPixelFormat().GetBitsStored() != bits->stored) {
+      refuse(slice.path, "its pixels cannot be read");
+    }
     const std::size_t count = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
     const std::size_t pixel_bytes = image.GetPixelFormat().GetPixelSize();
     if (image.GetBufferLength() != count * pixel_bytes) {
@@ -169,7 +186,7 @@ StoredScale readPixels(const DicomSlice& slice, const FileRule& rule, To* out, V
     if (!image.GetBuffer(bytes.data())) {
       refuse(slice.path, "its pixels cannot be read: they are damaged or packed in a way that is not known");
     }
-    scale = {image.GetSlope(), image.GetIntercept()};
+    scale = scaleOf(reader.GetFile().GetDataSet(), slice.path);
     convertPixels(image.GetPixelFormat(), slice.path, bytes, count, scale, rule, out, facts);
   });
   return scale;
@@ -182,9 +199,10 @@ std::optional<DicomSlice> readDicomHeader(const std::string& path, bool* is_dama
   *is_damaged = structure.is_dicom && !structure.is_whole;
   if (!structure.is_whole) return std::nullopt;
   const QuietItk quiet;
+  std::istringstream header(dicomHeader(path, structure));
   gdcm::Reader reader;
-  reader.SetFileName(path.c_str());
-  // Up to the pixels. Reports, dose objects and directories have no rows: DICOM, but no image.
+  reader.SetStream(header);
+  // Reports, dose objects and directories have no rows: DICOM, but no image.
   if (!reader.CanRead() || !reader.ReadUpToTag(gdcm::Tag(0x7fdf, 0xffff))) return std::nullopt;
   const gdcm::DataSet& data = reader.GetFile().GetDataSet();
   DicomSlice slice;

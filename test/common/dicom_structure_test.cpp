@@ -132,10 +132,43 @@ TEST_F(DicomStructureTest, PackedPixelsWithAndWithoutTheirEnd) {
   const std::string bytes = slice();
   const std::string pixels = tag(0x7fe0, 0x10) + "OB" + std::string(2, '\0') + kOpen + tag(0xfffe, 0xe000) +
                              littleEndian(0, 4) + tag(0xfffe, 0xe000) + littleEndian(4, 4) + "abcd";
-  const std::string header = bytes.substr(0, bytes.size() - 44);
+  std::string header = bytes.substr(0, bytes.size() - 44);
+  // Of pixels that are not packed GDCM would take what comes for the lengths of fragments.
+  EXPECT_FALSE(look(header + pixels + kSequenceEnd).pixels_fit);
+  header.replace(header.find("1.2.840.10008.1.2.1"), 19, "1.2.840.10008.1.2.5");
   EXPECT_TRUE(look(header + pixels + kSequenceEnd).pixels_fit);
   EXPECT_FALSE(look(header + pixels).pixels_fit);
   EXPECT_FALSE(look(header + pixels.substr(0, pixels.size() - 1)).pixels_fit);
+}
+
+TEST_F(DicomStructureTest, WhatComesBehindThePixels) {
+  const std::string bytes = slice();
+  const std::string padding = tag(0xfffc, 0xfffc) + "OB" + std::string(2, '\0') + littleEndian(2, 4) + "ab";
+  EXPECT_TRUE(look(bytes + padding).pixels_fit);
+  EXPECT_FALSE(look(bytes + "rest").pixels_fit);
+  // Pixels again, or what belongs before them.
+  EXPECT_FALSE(look(bytes + bytes.substr(bytes.size() - 44)).pixels_fit);
+  EXPECT_FALSE(look(bytes + tag(0x29, 0x1010) + "LO" + littleEndian(2, 2) + "ab").pixels_fit);
+}
+
+TEST_F(DicomStructureTest, WhereThePixelsBeginAndHowLongTheyAre) {
+  const std::string bytes = slice();
+  const DicomStructure found = look(bytes);
+  EXPECT_EQ(found.header_bytes, bytes.size() - 44);
+  EXPECT_EQ(found.pixel_bytes, 32U);
+  const DicomStructure without = look(bytes.substr(0, bytes.size() - 44));
+  EXPECT_EQ(without.header_bytes, bytes.size() - 44);
+  EXPECT_FALSE(without.pixel_bytes);
+}
+
+TEST_F(DicomStructureTest, PixelsOfAnotherKindOrWithoutAHeaderAreNone) {
+  const std::string whole = slice();
+  std::string sequence = whole;
+  sequence.replace(whole.size() - 40, 2, "SQ");
+  EXPECT_FALSE(look(sequence).is_whole);
+  const std::size_t meta_end = whole.find(tag(0x8, 0x16));
+  ASSERT_NE(meta_end, std::string::npos);
+  EXPECT_FALSE(look(whole.substr(0, meta_end) + whole.substr(whole.size() - 44)).is_whole);
 }
 
 // A few kilobytes of it can hold gigabytes, which GDCM would unpack.

@@ -122,6 +122,16 @@ TEST_F(DicomValues, WithoutRescaleTagsTheHistogramSpeaks) {
   expectHu(read(write(files), options).ct, bodyHu());
 }
 
+// GDCM's own reader ends the process on each of these.
+TEST_F(DicomValues, WhatGdcmAssertsIsRefused) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) file.slope = 0.0;
+  expectContains(refusal(write(files)), "RescaleSlope");
+  files = series(storedBody());
+  for (DicomFile& file : files) file.photometric = "MONOCHROME7";
+  expectContains(refusal(write(files)), "its pixels cannot be read");
+}
+
 TEST_F(DicomValues, AnotherKindOfValueIsWarnedOf) {
   std::vector<DicomFile> files = series(storedBody());
   for (DicomFile& file : files) file.rescale_type = "US";
@@ -151,6 +161,13 @@ TEST_F(DicomValues, TwoPhasesWithTheSameUidsAreNoCopies) {
 TEST_F(DicomValues, ASizeThatTheFileCannotHoldIsRefused) {
   std::vector<DicomFile> files = series(storedBody());
   for (DicomFile& file : files) file.rows = file.columns = 65535;
+  expectContains(refusal(write(files)), "truncated or damaged");
+}
+
+// The file is long enough, its pixels are not: GDCM would read on behind them.
+TEST_F(DicomValues, PixelsThatAreFewerThanTheSizeNeedsAreRefused) {
+  std::vector<DicomFile> files = series(storedBody());
+  for (DicomFile& file : files) ++file.rows;
   expectContains(refusal(write(files)), "truncated or damaged");
 }
 

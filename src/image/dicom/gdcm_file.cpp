@@ -1,7 +1,8 @@
 #include "image/dicom/gdcm_file.h"
 
 #include <gdcmDataSetHelper.h>
-#include <gdcmImageReader.h>
+#include <gdcmImage.h>
+#include <gdcmReader.h>
 #include <gdcmSequenceOfItems.h>
 
 #include <cstring>
@@ -10,6 +11,7 @@
 
 #include "xray_registration/common/dicom_structure.h"
 #include "xray_registration/common/escaped.h"
+#include "xray_registration/common/gdcm_image.h"
 #include "xray_registration/common/itk_quiet.h"
 #include "xray_registration/image/xray_dicom.h"
 
@@ -165,24 +167,23 @@ void checkImage(const gdcm::Image& image, const std::string& path) {
   if (format.GetBitsAllocated() != 8 && format.GetBitsAllocated() != 16) {
     refuse(path, "it has " + std::to_string(format.GetBitsAllocated()) + " bits for a pixel; 8 and 16 are read");
   }
-  const int stored = format.GetBitsStored();
-  if (stored < 1 || format.GetHighBit() + 1 < stored || format.GetHighBit() >= format.GetBitsAllocated()) {
-    refuse(path, "its pixels' BitsStored (0028,0101) and HighBit (0028,0102) contradict each other");
-  }
 }
 
-void readPixels(const gdcm::Image& image, const std::string& path, FileContents* contents) {
+void readPixels(const gdcm::Image& image, const DicomStructure& structure, const std::string& path,
+                FileContents* contents) {
   checkImage(image, path);
   const gdcm::PixelFormat& format = image.GetPixelFormat();
   contents->width = static_cast<int>(image.GetColumns());
   contents->height = static_cast<int>(image.GetRows());
   contents->frames = image.GetNumberOfDimensions() > 2 ? image.GetDimension(2) : 1;
   contents->bits.bytes = format.GetBitsAllocated() / 8;
-  contents->bits.count = format.GetBitsStored();
-  contents->bits.shift = format.GetHighBit() + 1 - format.GetBitsStored();
   contents->bits.is_signed = format.GetPixelRepresentation() == 1;
   const std::size_t size = contents->frames * image.GetColumns() * image.GetRows() * format.GetPixelSize();
   contents->pixels.resize(image.GetBufferLength());
+  const bool is_packed = image.GetTransferSyntax().IsEncapsulated();
+  if (!is_packed && structure.pixel_bytes && *structure.pixel_bytes < contents->pixels.size()) {
+    refuse(path, "the file is truncated: it ends before its last pixel");
+  }
   if (contents->pixels.size() < size || !image.GetBuffer(contents->pixels.data())) {
     refuse(path, "its pixels (" + contents->transfer_syntax + ") cannot be decoded; the file is damaged?");
   }
@@ -213,12 +214,16 @@ FileContents readFile(const std::string& path) {
   const QuietItk quiet;
   FileContents contents;
   try {
-    gdcm::ImageReader reader;
+    gdcm::Reader reader;
     reader.SetFileName(path.c_str());
     if (!reader.Read()) refuse(path, "it is DICOM, but holds no image that can be read");
-    const gdcm::Image& image = reader.GetImage();
+    gdcm::Image image;
+    const std::optional<PixelBits> bits = imageOf(reader.GetFile(), &image);
+    if (!bits) refuse(path, "it is DICOM, but holds no image that can be read");
+    contents.bits.count = bits->stored;
+    contents.bits.shift = bits->high + 1 - bits->stored;
     contents.transfer_syntax = nameOf(image.GetTransferSyntax());
-    readPixels(image, path, &contents);
+    readPixels(image, structure, path, &contents);
     contents.attributes = dataSetOf(reader.GetFile(), reader.GetFile().GetDataSet(), 0);
   } catch (const XrayDicomError&) {
     throw;
