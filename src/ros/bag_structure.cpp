@@ -174,7 +174,7 @@ class Walk {
 
   struct Record {
     Fields fields;
-    std::uint8_t operation;
+    std::uint8_t operation = 0;
   };
 
   // Up to its data.
