@@ -164,19 +164,22 @@ class HostileInputs(tool_case.ToolTest):
 
     def test_strings_in_dicom(self):
         text = ('LO', '../../evil' + ESCAPE)
-        small_dicom.write(self.work('xray.dcm'), [[100 + x + y for x in range(16)] for y in range(16)],
+        # Deep enough that two folders up is still within: other tests write beside this one's folder.
+        os.makedirs(self.work('strings/nested/out'))
+        xray, bag = self.work('strings/nested/xray.dcm'), self.work('strings/nested/out/a.bag')
+        small_dicom.write(xray, [[100 + x + y for x in range(16)] for y in range(16)],
                           {(0x0008, 0x0060): ('CS', 'XA' + ESCAPE), (0x0020, 0x000e): ('UI', '../../evil'),
                            (0x0008, 0x103e): text, (0x0018, 0x1110): ('DS', '1200'), (0x0018, 0x1111): ('DS', '800'),
                            (0x0018, 0x1164): ('DS', '0.2\\0.2'), (0x0018, 0x1510): ('DS', '0'),
                            (0x0018, 0x1511): ('DS', '0'), (0x0020, 0x0020): ('CS', 'L\\F' + ESCAPE)})
-        before = listing(os.path.dirname(self.work_folder))
-        said, warned = self.tool('dicom_to_bag', '--inspect', self.work('xray.dcm'))
+        before = listing(self.work('strings'))
+        said, warned = self.tool('dicom_to_bag', '--inspect', xray)
         self.assertIsNone(CONTROL.search(said + warned), repr(said + warned))
-        said, warned = self.tool('dicom_to_bag', '--input', self.work('xray.dcm'), '--output', self.work('out/a.bag'))
+        said, warned = self.tool('dicom_to_bag', '--input', xray, '--output', bag)
         self.assertIsNone(CONTROL.search(said + warned), repr(said + warned))
-        new = set(listing(os.path.dirname(self.work_folder))) - set(before)
+        new = set(listing(self.work('strings'))) - set(before)
         self.assertTrue(new)
-        self.assertEqual([path for path in new if os.path.dirname(path) != self.work('out')], [])
+        self.assertEqual([path for path in new if os.path.dirname(path) != os.path.dirname(bag)], [])
 
     def test_parameters_that_grow(self):
         lines = ['a0: &a0 [%s]' % ', '.join(10 * ['x'])]
