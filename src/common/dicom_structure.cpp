@@ -127,9 +127,10 @@ class Walk {
       found.is_whole = true;
       if (!at_pixels_) header_end_ = size_;
       is_native_ = isNative(syntax);
-      found.pixels_fit = !at_pixels_ || (pixelsFit() && restFits());
+      found.pixels_fit = !at_pixels_ || pixelsFit();
       if (at_pixels_ && pixels_.length != kUndefined) found.pixel_bytes = pixels_.length;
       found.header_bytes = static_cast<std::uint64_t>(header_end_);
+      if (found.pixels_fit) found.image_bytes = static_cast<std::uint64_t>(position_);
     } catch (const Broken&) {
       // What was found out before stands.
     }
@@ -252,8 +253,9 @@ class Walk {
   }
 
   // Up to `end`, to the end of an item, or to the pixels of the file itself.
-  void walkElements(long end, int depth, std::uint32_t last_tag = 0) {
+  void walkElements(long end, int depth) {
     if (depth > kDeepest) throw Broken();
+    std::uint32_t last_tag = 0;
     while (position_ < end) {
       const long start = position_;
       const Element one = element();
@@ -334,16 +336,6 @@ class Walk {
     return true;
   }
 
-  // What comes behind the pixels: hardly ever more than padding.
-  bool restFits() {
-    try {
-      walkElements(size_, 0, kPixels);
-    } catch (const Broken&) {
-      return false;
-    }
-    return true;
-  }
-
   std::ifstream stream_;
   long size_ = 0;
   long position_ = 0;
@@ -360,10 +352,10 @@ class Walk {
 
 DicomStructure dicomStructure(const std::string& path) { return Walk(path).look(); }
 
-std::string dicomHeader(const std::string& path, const DicomStructure& structure) {
-  std::string header(structure.header_bytes, '\0');
-  std::ifstream(path, std::ios::binary).read(header.data(), static_cast<std::streamsize>(header.size()));
-  return header;
+std::string dicomBeginning(const std::string& path, std::uint64_t bytes) {
+  std::string beginning(bytes, '\0');
+  std::ifstream(path, std::ios::binary).read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+  return beginning;
 }
 
 }  // namespace xray_registration

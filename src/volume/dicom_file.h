@@ -21,9 +21,10 @@ struct DicomSlice {
   int rows = 0;
   int frames = 1;
   int components = 1;
-  bool has_geometry = false;     ///< Position, orientation and pixel spacing are stated.
-  bool has_value_table = false;  ///< A Modality LUT in place of slope and intercept.
-  bool has_room = true;          ///< The file is long enough for the pixels that it states.
+  bool has_geometry = false;      ///< Position, orientation and pixel spacing are stated.
+  bool has_value_table = false;   ///< A Modality LUT in place of slope and intercept.
+  std::uint64_t image_bytes = 0;  ///< Of the file, up to the end of its pixels.
+  bool has_room = true;           ///< The file is long enough for the pixels that it states.
   std::array<double, 3> position_mm{};
   std::array<double, 3> along_row{};     ///< Direction of increasing column.
   std::array<double, 3> along_column{};  ///< Direction of increasing row.

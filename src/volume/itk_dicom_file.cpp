@@ -169,8 +169,9 @@ template <typename To>
 StoredScale readPixels(const DicomSlice& slice, const FileRule& rule, To* out, ValueFacts* facts) {
   StoredScale scale;
   withGdcm(slice.path, [&] {
+    std::istringstream bytes_of_image(dicomBeginning(slice.path, slice.image_bytes));
     gdcm::Reader reader;
-    reader.SetFileName(slice.path.c_str());
+    reader.SetStream(bytes_of_image);
     gdcm::Image image;
     if (!reader.Read()) refuse(slice.path, "its pixels cannot be read");
     const std::optional<PixelBits> bits = imageOf(reader.GetFile(), &image);
@@ -199,7 +200,7 @@ std::optional<DicomSlice> readDicomHeader(const std::string& path, bool* is_dama
   *is_damaged = structure.is_dicom && !structure.is_whole;
   if (!structure.is_whole) return std::nullopt;
   const QuietItk quiet;
-  std::istringstream header(dicomHeader(path, structure));
+  std::istringstream header(dicomBeginning(path, structure.header_bytes));
   gdcm::Reader reader;
   reader.SetStream(header);
   // Reports, dose objects and directories have no rows: DICOM, but no image.
@@ -221,6 +222,7 @@ std::optional<DicomSlice> readDicomHeader(const std::string& path, bool* is_dama
   slice.has_value_table = data.FindDataElement(gdcm::Tag(0x28, 0x3000));
   slice.has_geometry = parseGeometry(data, &slice);
   slice.padding = paddingOf(data);
+  slice.image_bytes = structure.image_bytes;
   slice.has_room = hasRoom(reader.GetFile(), slice, structure);
   return slice;
 }

@@ -164,6 +164,16 @@ TEST_F(DicomValues, ASizeThatTheFileCannotHoldIsRefused) {
   expectContains(refusal(write(files)), "truncated or damaged");
 }
 
+// As some media leave them.
+TEST_F(DicomValues, WhatFollowsThePixelsIsLeftOut) {
+  const std::vector<DicomFile> files = series(storedBody());
+  write(files);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    std::ofstream(folder_ / (std::to_string(i) + ".dcm"), std::ios::binary | std::ios::app) << std::string(200, '\0');
+  }
+  expectHu(read(folder_.path().string()).ct, bodyHu());
+}
+
 // The file is long enough, its pixels are not: GDCM would read on behind them.
 TEST_F(DicomValues, PixelsThatAreFewerThanTheSizeNeedsAreRefused) {
   std::vector<DicomFile> files = series(storedBody());

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "xray_registration/common/dicom_structure.h"
 #include "xray_registration/common/escaped.h"
@@ -207,15 +208,18 @@ FileContents readFile(const std::string& path) {
   const DicomStructure structure = dicomStructure(path);
   if (structure.is_deflated) refuse(path, "its elements are deflated, which is not read; unpack it (dcmconv +te)");
   if (!structure.is_whole) refuse(path, "it is cut off or damaged: its elements do not end within it");
-  // GDCM ends the process on some that are damaged behind their pixels.
-  if (!structure.pixels_fit) {
-    refuse(path, "the file is truncated or damaged: its pixels, or what follows them, do not end within it");
-  }
+  if (!structure.pixels_fit) refuse(path, "the file is truncated or damaged: its pixels do not end within it");
   const QuietItk quiet;
   FileContents contents;
   try {
     gdcm::Reader reader;
-    reader.SetFileName(path.c_str());
+    std::istringstream without_rest;
+    if (structure.image_bytes < std::filesystem::file_size(path)) {
+      without_rest.str(dicomBeginning(path, structure.image_bytes));
+      reader.SetStream(without_rest);
+    } else {
+      reader.SetFileName(path.c_str());
+    }
     if (!reader.Read()) refuse(path, "it is DICOM, but holds no image that can be read");
     gdcm::Image image;
     const std::optional<PixelBits> bits = imageOf(reader.GetFile(), &image);

@@ -237,6 +237,18 @@ TEST_F(XrayDicomTest, ATruncatedFileIsRefused) {
   EXPECT_TRUE(said.find("truncated") != std::string::npos || said.find("damaged") != std::string::npos) << said;
 }
 
+TEST_F(XrayDicomTest, WhatFollowsThePixelsIsLeftOut) {
+  writeXrayAngiogram(path("run.dcm"), run());
+  fs::copy_file(path("run.dcm"), path("padded.dcm"));
+  std::ofstream(path("padded.dcm"), std::ios::binary | std::ios::app) << std::string(200, '\0') << "rest";
+  const XrayDicomFile expected(path("run.dcm"));
+  const XrayDicomFile padded(path("padded.dcm"));
+  ASSERT_EQ(padded.header().frames.size(), expected.header().frames.size());
+  for (std::size_t i = 0; i < expected.header().frames.size(); ++i) {
+    EXPECT_EQ(padded.frame(i, false).pixels, expected.frame(i, false).pixels);
+  }
+}
+
 TEST_F(XrayDicomTest, AWriterRefusesRunsThatAreNone) {
   EXPECT_THROW(writeXrayAngiogram(path("x.dcm"), XrayAngiogram{}), std::invalid_argument);
   XrayAngiogram uneven = run(1);
