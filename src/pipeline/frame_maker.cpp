@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <limits>
-#include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
 #include "pipeline/failure_text.h"
+#include "xray_registration/common/parallel.h"
 #include "xray_registration/common/stopwatch.h"
 
 namespace xray_registration {
@@ -95,8 +95,8 @@ FrameViews FrameMaker::make(std::vector<RawView> views) {
   frame.views.resize(views.size());
   std::vector<std::string> problems(views.size());
   for (const RawView& view : views) views_[view.name];  // Nothing is added while views are made.
-  cv::parallel_for_({0, static_cast<int>(views.size())}, [&](const cv::Range& range) {
-    for (int view = range.start; view < range.end; ++view) {
+  parallelFor(static_cast<int>(views.size()), [&](int begin, int end) {
+    for (int view = begin; view < end; ++view) {
       const auto i = static_cast<std::size_t>(view);
       try {
         frame.views[i] = makeView(&views[i]);
