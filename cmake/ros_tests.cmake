@@ -15,7 +15,8 @@ endforeach()
 
 # With a master. rostest starts programs by their package: it looks through all of a plain checkout, its build folder
 # included; of a workspace it knows the package's own folders, so they stand beside the tools there.
-if(NOT devel_inside_package EQUAL 0)
+# In a build with sanitizers too: another build beside it has programs of the same names.
+if(NOT devel_inside_package EQUAL 0 OR XRAY_REGISTRATION_SANITIZE)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
 endif()
 find_package(rostest REQUIRED)
