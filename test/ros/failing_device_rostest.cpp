@@ -159,12 +159,15 @@ TEST_F(FailingDevice, InTheMiddleOfASolve) {
     SCOPED_TRACE("call " + std::to_string(call) + " of " + std::to_string(calls));
     ASSERT_NO_FATAL_FAILURE(track());
     fo::failFrom(call);
-    const RegistrationStatus once = frame(2);
+    RegistrationStatus once = frame(2);
+    // Pictures are made when there is time: this frame may have had fewer calls than the one that was counted.
+    for (int more = 0; more < 5 && fo::failures() == 0; ++more) once = frame(2);
+    EXPECT_EQ(fo::failures(), 1);
     EXPECT_TRUE(once.accepted || once.reason.find("it was opened anew") != std::string::npos) << once.reason;
     const RegistrationStatus after = frame(2);
     EXPECT_TRUE(after.accepted) << after.reason;
     fo::failFrom(call, fo::kForGood);
-    frame(2);
+    for (int more = 0; more < 5 && fo::failures() == 0; ++more) frame(2);
     expectFault();
     fo::heal();
   }
