@@ -30,9 +30,8 @@ endforeach()
 # The node with the layer that fails calls of OpenCL in it, and the test that tells it which.
 add_executable(failing_node ${CMAKE_CURRENT_SOURCE_DIR}/src/tools/registration_node.cpp ${failing_opencl})
 target_link_libraries(failing_node PRIVATE xray_registration_warnings)
-target_include_directories(failing_node PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_include_directories(failing_node PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/src)
 target_link_libraries(failing_node PRIVATE xray_registration_ros ${CMAKE_DL_LIBS})
-target_include_directories(failing_node PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
 # Exported, its functions go before the library's. Not where rosrun looks.
 set_target_properties(failing_node PROPERTIES ENABLE_EXPORTS ON
                       RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/test)

@@ -49,7 +49,6 @@ std::string RegistrationWorker::searchProblem(WideSearchTask* task) {
   WideSearchRange range;
   range.rotation_rad = task->rotation_rad;
   range.translation_mm = task->translation_mm;
-  if (std::string problem = searchDepths(header, &range); !problem.empty()) return problem;
   if (task->T_frame_ct_centre) {
     std::string why;
     const std::optional<RigidTransform> T_camera_frame =
@@ -59,6 +58,9 @@ std::string RegistrationWorker::searchProblem(WideSearchTask* task) {
   } else {
     resolvePose(header);
     range.T_camera_ct_centre = pipeline_.prediction(header.stamp.toSec());
+  }
+  if (!range.T_camera_ct_centre) {
+    if (std::string problem = searchDepths(header, &range); !problem.empty()) return problem;
   }
   return pipeline_.beginSearch(header.stamp.toSec(), rawViews(task->frame, header.frame_id), range);
 }

@@ -205,15 +205,28 @@ TEST(LocalizeByTf, AFrameSaysHowFarAwayTheCtIs) {
   ASSERT_TRUE(waitFor([&] { return client.isServerConnected(); }));
   ASSERT_TRUE(probe.loadCt(scene.ctPath()).success);
   const RigidTransform truth = scene.pose(3);
-  const sensor_msgs::Image image = scene.image(truth, ros::Time::now(), kFrame);
-  probe.publish(image, scene.info(image.header));
-  probe.answer(image.header.stamp);
+  const auto send = [&] {
+    const sensor_msgs::Image image = scene.image(truth, ros::Time::now(), kFrame);
+    probe.publish(image, scene.info(image.header));
+    probe.answer(image.header.stamp);
+  };
+  send();
   const auto ask = [&client] {
     client.sendGoal(LocalizeGoal());
     EXPECT_TRUE(waitFor([&] { return client.getState().isDone(); }, 60.0));
     return client.getResult()->message;
   };
   EXPECT_NE(ask().find("isocentre"), std::string::npos) << client.getResult()->message;
+
+  // Where the goal has a centre, the distance is known without it.
+  LocalizeGoal around;
+  around.centre.header.frame_id = kFrame;
+  around.centre.pose = toPose(truth);
+  client.sendGoal(around);
+  ASSERT_TRUE(waitFor([&] { return client.getState().isDone(); }, 60.0));
+  EXPECT_TRUE(client.getResult()->success) << client.getResult()->message;
+  ASSERT_TRUE(probe.trigger("reset"));
+  send();
 
   tf2_ros::StaticTransformBroadcaster broadcaster;
   broadcaster.sendTransform(isocentreAt(-1.0));
