@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "xray_registration/drr/reference_projector.h"
@@ -426,6 +427,84 @@ TEST_F(EngineTest, WhatIsAskedForFirstChangesNoSum) {
   for (std::size_t level = 0; level < 3; ++level) {
     EXPECT_EQ(ascending[level].matrix, descending[2 - level].matrix) << "level " << level;
     EXPECT_EQ(ascending[level].cost, descending[2 - level].cost) << "level " << level;
+  }
+}
+
+/// Millimetres that a ray runs through the box, or through it without end in z.
+double lengthInside(const Eigen::Vector3d& source, const Eigen::Vector3d& direction, const Eigen::Vector3d& low,
+                    const Eigen::Vector3d& high, int axes) {
+  double enters = 0.0;
+  double leaves = 1e9;
+  for (int axis = 0; axis < axes; ++axis) {
+    const double a = (low[axis] - source[axis]) / direction[axis];
+    const double b = (high[axis] - source[axis]) / direction[axis];
+    enters = std::max(enters, std::min(a, b));
+    leaves = std::min(leaves, std::max(a, b));
+  }
+  return std::max(leaves - enters, 0.0);
+}
+
+double interpolated(const FloatImage& image, double x, double y) {
+  const int u = static_cast<int>(x);
+  const int v = static_cast<int>(y);
+  const double top = image.at(u, v) + (x - u) * (image.at(u + 1, v) - image.at(u, v));
+  const double bottom = image.at(u, v + 1) + (x - u) * (image.at(u + 1, v + 1) - image.at(u, v + 1));
+  return top + (y - v) * (bottom - top);
+}
+
+TEST_F(EngineTest, UnexplainedIsTheTissueThatGoesOnBehindCutFaces) {
+  AttenuationVolume volume;
+  volume.grid.size = {30, 26, 20};
+  volume.grid.spacing_mm = {5.0, 5.0, 5.0};
+  volume.grid.origin_ct_mm = {-40.0, 25.0, 310.0};
+  volume.scale_per_mm = 1e-6F;
+  volume.values.assign(volume.grid.voxelCount(), 20000);
+  volume.face_is_cut = {false, false, false, false, true, true};
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  engine->setVolume(volume);
+  const XrayCamera camera{200, 190, 800.0, 780.0, 95.0, 97.0};
+  const Eigen::Vector3d half = 0.5 * volume.grid.spacing_mm;
+  const Eigen::Vector3d low = volume.grid.origin_ct_mm - half;
+  const Eigen::Vector3d high = low + volume.grid.size.cast<double>().cwiseProduct(volume.grid.spacing_mm);
+  for (const Eigen::Vector3d& axis : {Eigen::Vector3d(0.1, 1, 0.2), Eigen::Vector3d(-1, 0.3, 0.1)}) {
+    const RigidTransform pose = poseLookingAlong(volume, axis, 900.0);
+    const std::unique_ptr<ResidentXray> xray =
+        engine->upload(camera, FloatImage(camera.width, camera.height), FloatImage(camera.width, camera.height, 1.0F));
+    constexpr double kLimit = 2.0;
+    constexpr int kStep =
+        4;  // Pixels between the points that are looked at, from the image's first to behind its last.
+    FloatImage expected(camera.width / kStep + 2, camera.height / kStep + 2);
+    for (int v = 0; v < expected.height; ++v) {
+      for (int u = 0; u < expected.width; ++u) {
+        const Eigen::Vector3d direction =
+            (pose.linear().transpose() * camera.rayDirection(kStep * u, kStep * v)).normalized();
+        const Eigen::Vector3d source = pose.inverse().translation();
+        const double unexplained_mm =
+            lengthInside(source, direction, low, high, 2) - lengthInside(source, direction, low, high, 3);
+        expected.at(u, v) = static_cast<float>(1.0 / (1.0 + std::pow(0.02 * unexplained_mm / kLimit, 2)));
+      }
+    }
+    const double mean = std::accumulate(expected.pixels.begin(), expected.pixels.end(), 0.0) /
+                        static_cast<double>(expected.pixels.size());
+    ASSERT_LT(mean, 0.9) << "a scene without unexplained tissue";
+    // A ray is sampled about every 3 mm, 0.07 of a line integral of up to 3; what is left out or too much at either end
+    // evens out over the points.
+    EXPECT_NEAR(engine->weighUnexplained(xray.get(), pose, kLimit), mean, 0.003);
+
+    const TileProducts tiles = engine->addUpTiles(xray.get(), 0, 0, camera, pose, {});
+    for (int tile_v = 0; tile_v < tiles.tiles_y; ++tile_v) {
+      for (int tile_u = 0; tile_u < tiles.tiles_x; ++tile_u) {
+        double weight = 0.0;
+        for (int v = 8 * tile_v; v < std::min(8 * tile_v + 8, camera.height); ++v) {
+          for (int u = 8 * tile_u; u < std::min(8 * tile_u + 8, camera.width); ++u) {
+            const double factor = interpolated(expected, u / 4.0, v / 4.0);
+            weight += factor < 0.05 ? 0.0 : factor;
+          }
+        }
+        // 0.07 of a line integral is 0.023 of a weight where that is steepest.
+        EXPECT_NEAR(tiles.tile(tile_u, tile_v)[0], weight, 64 * 0.025) << "tile " << tile_u << ", " << tile_v;
+      }
+    }
   }
 }
 

@@ -170,8 +170,9 @@ class EngineOpenCl : public Engine {
       std::vector<float> factors(static_cast<std::size_t>(points));
       const std::size_t bytes = sizeof(float) * factors.size();
       uploadPoses(ct, camera, {T_camera_ct});
-      bench_.run(&bench_.kernels().unexplained, perItem(points), ct.words, ct.grid, poses_.get(), map_width, map_height,
-                 cut_faces, searchRadius(ct.grid), static_cast<float>(limit), map_.atLeast(bytes, &bench_));
+      FastKernels& k = bench_.kernels();
+      bench_.run(&k.unexplained, k.perRay(points), ct.words, ct.grid, poses_.get(), map_width, map_height, cut_faces,
+                 searchRadius(ct.grid), static_cast<float>(limit), map_.atLeast(bytes, &bench_));
       own(xray).weigh(map_.get(), map_width, map_height, &bench_);
       bench_.queue().enqueueReadBuffer(map_.get(), CL_TRUE, 0, bytes, factors.data());
       return std::accumulate(factors.begin(), factors.end(), 0.0) / static_cast<double>(factors.size());

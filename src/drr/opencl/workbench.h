@@ -19,6 +19,17 @@ struct FastKernels {
   cl::Kernel plan, render, render_derivatives, motion_sums, body_sums, windows, halve_xray, used_tiles, leave_out_tiles,
       surround, unexplained, apply_map, outline, match_everywhere, match_shown;
   std::vector<cl::Kernel> sums;  ///< One for each similarity.
+
+  /// So many rays or more that one work-item's inner loop is not cut short.
+  int wholeLanes(int rays) const {
+    const int lanes = layout::kRays / static_cast<int>(items_per_tile);
+    return (rays + lanes - 1) / lanes * lanes;
+  }
+
+  /// For kernels whose work-items take LANES rays each.
+  LaunchRange perRay(int rays) const {
+    return groupsOf(items_per_tile, static_cast<std::size_t>((rays + layout::kRays - 1) / layout::kRays));
+  }
 };
 
 /// An engine's device, kernels and queue; keeps the books of what was asked of them. Not thread-safe.

@@ -43,7 +43,8 @@ void XrayPixels::restoreWeights() {
 
 void XrayPixels::weigh(const cl::Buffer& map, int map_width, int map_height, Workbench* bench) {
   const XrayCamera& camera = cameraOf(0);
-  bench->run(&bench->kernels().apply_map, perItem(camera.width * camera.height), storage_->mask.get(), map,
+  FastKernels& k = bench->kernels();
+  bench->run(&k.apply_map, k.perRay(k.wholeLanes(camera.width) * camera.height), storage_->mask.get(), map,
              camera.width, camera.height, map_width, map_height, storageOf(0).weight.atLeast(bytesOf(camera), bench));
   weighed_ = true;
   ready_levels_ = 0;
