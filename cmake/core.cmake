@@ -46,11 +46,12 @@ xray_room(volume SOURCES ${volume_sources} ROOMS geometry LIBRARIES Eigen3::Eige
 xray_glob(image_sources image)
 xray_take_itk(image_itk_sources image_sources)
 file(GLOB opencv_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_frame.cpp
+     ${CMAKE_CURRENT_SOURCE_DIR}/src/image/linearisation.cpp
      ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*mask*.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*undistortion*.cpp
      ${CMAKE_CURRENT_SOURCE_DIR}/src/image/*grid*.cpp ${CMAKE_CURRENT_SOURCE_DIR}/src/image/xray_image_file.cpp
      ${CMAKE_CURRENT_SOURCE_DIR}/src/image/landmarks/*.cpp)
 list(REMOVE_ITEM image_sources ${opencv_sources})
-xray_room(image SOURCES ${image_sources} ROOMS geometry LIBRARIES Eigen3::Eigen)
+xray_room(image SOURCES ${image_sources} ROOMS geometry LIBRARIES Eigen3::Eigen Threads::Threads)
 
 # The device's side and the paper's method have folders of their own, with their kernels.
 file(GLOB drr_sources CONFIGURE_DEPENDS

@@ -13,7 +13,10 @@ constexpr double kPeriodS = 0.1;
 
 std::vector<RawView> blackViews(const EvaluationFrame& frame) {
   std::vector<RawView> views = frame.views;
-  for (RawView& view : views) std::fill(view.image->pixels.pixels.begin(), view.image->pixels.pixels.end(), 0.0F);
+  for (RawView& view : views) {
+    RawPixels& pixels = view.image->pixels;
+    pixels = FloatImage(pixels.width(), pixels.height());
+  }
   return views;
 }
 

@@ -31,7 +31,7 @@ ChangeViews eachView(const std::string& name, const Change& change) {
 template <typename Change>
 ChangeViews eachImage(const std::string& name, const Change& change) {
   return eachView(name, [change](RawView* view) {
-    if (view->image) view->image->pixels = change(view->image->pixels);
+    if (view->image) view->image->pixels = change(floatsOf(view->image->pixels));
   });
 }
 
@@ -83,8 +83,9 @@ ChangeViews distortion(const Strings& values, const std::string& view) {
   const double k1 = number(values[0], "", -100.0, 100.0);
   return eachView(view, [k1](RawView* changed) {
     if (!changed->image) return;
-    FloatImage& pixels = changed->image->pixels;
-    pixels = radiallyDistorted(pixels, cameraFromCalibration(changed->calibration, pixels.width, pixels.height), k1);
+    const FloatImage pixels = floatsOf(changed->image->pixels);
+    changed->image->pixels =
+        radiallyDistorted(pixels, cameraFromCalibration(changed->calibration, pixels.width, pixels.height), k1);
   });
 }
 

@@ -181,7 +181,7 @@ void dropWeakRuns(const std::vector<Ray>& rays, std::array<int, kAngles>* contou
 
 struct Contour {
   cv::Point2d centre;
-  std::array<int, kAngles> radius;
+  std::array<int, kAngles> radius{};
   float score = 0.0F;  ///< 0 when no edge was found.
 };
 
@@ -249,13 +249,12 @@ void drawContour(const Contour& contour, int factor, cv::Mat* mask) {
   cv::bitwise_and(*mask, inside, *mask);
 }
 
-/// A line of pixels parallel to an image border, thinned out where it is long.
-std::vector<float> samplesOf(const cv::Mat& line) {
-  const int count = static_cast<int>(line.total());
+/// The pixels `at(0)` … `at(count - 1)` of a line parallel to an image border, thinned out where it is long.
+template <typename At>
+std::vector<float> samplesOf(int count, const At& at) {
   const int stride = std::max(1, count / 256);
   std::vector<float> samples;
-  for (int i = 0; i < count; i += stride)
-    samples.push_back(line.rows == 1 ? line.at<float>(0, i) : line.at<float>(i, 0));
+  for (int i = 0; i < count; i += stride) samples.push_back(at(i));
   return samples;
 }
 
@@ -266,20 +265,20 @@ bool mostAreAbove(float threshold, const std::vector<float>& samples) {
 }
 
 /// Number of lines along one border that a thin frame covers: nearly everywhere darker than the line two further in, or
-/// drawn in one value that differs from it.
+/// drawn in one value that differs from it. `line_at(i)` are samples of the border's line i.
 template <typename LineAt>
 int frameWidth(const LineAt& line_at, int lines, float threshold) {
   const int deepest = std::max(2, lines / 20);
   if (deepest + 2 >= lines) return 0;
   int width = 0;
-  std::vector<float> darkest_promise = samplesOf(line_at(0));
+  std::vector<float> darkest_promise = line_at(0);
   const float drawn_value = darkest_promise.front();
   bool is_drawn = true;
   std::vector<float> dark_step(darkest_promise.size());
   std::vector<float> drawn_step(darkest_promise.size());
   for (int i = 0; i < deepest; ++i) {
-    const std::vector<float> line = samplesOf(line_at(i));
-    const std::vector<float> inner = samplesOf(line_at(i + 2));
+    const std::vector<float> line = line_at(i);
+    const std::vector<float> inner = line_at(i + 2);
     for (std::size_t j = 0; j < line.size(); ++j) {
       darkest_promise[j] = std::min(darkest_promise[j], line[j]);
       is_drawn = is_drawn && line[j] == drawn_value;
@@ -291,13 +290,15 @@ int frameWidth(const LineAt& line_at, int lines, float threshold) {
   return width;
 }
 
-void dropFrame(const cv::Mat& attenuation, float threshold, cv::Mat* mask) {
-  const int rows = attenuation.rows;
-  const int cols = attenuation.cols;
-  const int top = frameWidth([&](int i) { return attenuation.row(i); }, rows, threshold);
-  const int bottom = frameWidth([&](int i) { return attenuation.row(rows - 1 - i); }, rows, threshold);
-  const int left = frameWidth([&](int i) { return attenuation.col(i); }, cols, threshold);
-  const int right = frameWidth([&](int i) { return attenuation.col(cols - 1 - i); }, cols, threshold);
+void dropFrame(const AttenuationImage& attenuation, float threshold, cv::Mat* mask) {
+  const int rows = attenuation.height();
+  const int cols = attenuation.width();
+  const auto row = [&](int v) { return samplesOf(cols, [&](int u) { return attenuation.at(u, v); }); };
+  const auto column = [&](int u) { return samplesOf(rows, [&](int v) { return attenuation.at(u, v); }); };
+  const int top = frameWidth(row, rows, threshold);
+  const int bottom = frameWidth([&](int i) { return row(rows - 1 - i); }, rows, threshold);
+  const int left = frameWidth(column, cols, threshold);
+  const int right = frameWidth([&](int i) { return column(cols - 1 - i); }, cols, threshold);
   mask->rowRange(0, top).setTo(0);
   mask->rowRange(rows - bottom, rows).setTo(0);
   mask->colRange(0, left).setTo(0);
@@ -306,23 +307,36 @@ void dropFrame(const cv::Mat& attenuation, float threshold, cv::Mat* mask) {
 
 }  // namespace
 
-MaskImage fieldMask(const FloatImage& attenuation) {
-  MaskImage result(attenuation.width, attenuation.height, kUse);
-  if (std::min(attenuation.width, attenuation.height) < 4 * kSmallestRadius) return result;
-  const cv::Mat image = mask_detail::view(attenuation);
-  cv::Mat mask = mask_detail::view(result);
-  const int factor = mask_detail::factorFor(image.size(), kLongestSide);
-  cv::Mat small = mask_detail::shrunk(image, factor);
+MaskImage mask_detail::fieldIn(const SearchCopy& copy) {
+  const AttenuationImage& image = copy.image();
+  MaskImage result(image.width(), image.height(), kUse);
+  if (std::min(image.width(), image.height()) < 4 * kSmallestRadius) return result;
+  cv::Mat mask = view(result);
+  const int factor = factorFor(mask.size(), kLongestSide);
+  const bool copied = factor % copy.factor() == 0;
+  cv::Mat small = copied ? shrunk(copy.fine(), factor / copy.factor()) : shrunk(image, factor);
   const auto threshold = static_cast<float>(stepThreshold(small));
-  const cv::Mat drawn = mask_detail::drawnField(image, small, factor);
+  cv::Mat drawn;
+  Contour contour;
+  // Side by side, as seldom anything is drawn.
+  cv::parallel_for_({0, 2}, [&](const cv::Range& range) {
+    for (int search = range.start; search < range.end; ++search) {
+      if (search == 0) drawn = drawnField(image, small, factor);
+      if (search == 1) contour = searchField(small, threshold);
+    }
+  });
   if (!drawn.empty()) {
-    mask.setTo(0, mask_detail::grown(drawn, factor, mask.size()) == 0);
+    leaveOut(drawn == 0, factor, &result);
     small = darkenedOutside(small, drawn);
+    contour = searchField(small, threshold);
   }
-  const Contour contour = searchField(small, threshold);
   if (contour.score > 0.0F) drawContour(contour, factor, &mask);
   dropFrame(image, threshold, &mask);
   return result;
+}
+
+MaskImage fieldMask(const AttenuationImage& attenuation) {
+  return mask_detail::fieldIn(mask_detail::SearchCopy(attenuation));
 }
 
 }  // namespace xray_registration

@@ -48,8 +48,9 @@ RawImage read(itk::GDCMImageIO* io, const std::string& path) {
   reader->Update();
   const Picture::SizeType size = reader->GetOutput()->GetBufferedRegion().GetSize();
   RawImage raw;
-  raw.pixels = FloatImage(static_cast<int>(size[0]), static_cast<int>(size[1]));
-  std::copy_n(reader->GetOutput()->GetBufferPointer(), raw.pixels.pixels.size(), raw.pixels.pixels.begin());
+  FloatImage pixels(static_cast<int>(size[0]), static_cast<int>(size[1]));
+  std::copy_n(reader->GetOutput()->GetBufferPointer(), pixels.pixels.size(), pixels.pixels.begin());
+  raw.pixels = std::move(pixels);
   raw.saturation = saturationOf(*io);
   return raw;
 }

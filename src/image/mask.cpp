@@ -18,10 +18,10 @@ void intersect(const MaskImage& other, MaskImage* mask) {
   for (std::size_t i = 0; i < count; ++i) to[i] = from[i] == 0 ? std::uint8_t{0} : to[i];
 }
 
-void checkSize(const char* name, const MaskImage& mask, const FloatImage& image) {
-  if (mask.width == image.width && mask.height == image.height) return;
+void checkSize(const char* name, const MaskImage& mask, const AttenuationImage& image) {
+  if (mask.width == image.width() && mask.height == image.height()) return;
   throw FrameError(std::string(name) + " has " + std::to_string(mask.width) + " × " + std::to_string(mask.height) +
-                   " pixels, the image " + std::to_string(image.width) + " × " + std::to_string(image.height));
+                   " pixels, the image " + std::to_string(image.width()) + " × " + std::to_string(image.height()));
 }
 
 /// How long metal that was found counts: a rod may be behind dense bone for a while.
@@ -51,13 +51,13 @@ void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& us
 
 void maskFrame(XrayFrame* frame, const MaskOptions& options, const MaskImage& user, MetalMemory* metal) {
   if (!user.empty()) checkSize("the mask image (image/mask)", user, frame->attenuation);
-  if (frame->mask.empty()) frame->mask = MaskImage(frame->attenuation.width, frame->attenuation.height, 255);
+  if (frame->mask.empty()) frame->mask = MaskImage(frame->attenuation.width(), frame->attenuation.height(), 255);
   checkSize("the frame's mask", frame->mask, frame->attenuation);
-  if (options.collimator) intersect(fieldMask(frame->attenuation), &frame->mask);
-  // What is searched next is judged against the field alone: letters and metal do not hide each other.
-  const MaskImage field = frame->mask;
-  if (options.letters || options.metal) {
+  if (options.collimator || options.letters || options.metal) {
     const mask_detail::SearchCopy copy(frame->attenuation);
+    if (options.collimator) intersect(mask_detail::fieldIn(copy), &frame->mask);
+    // What is searched next is judged against the field alone: letters and metal do not hide each other.
+    const MaskImage field = frame->mask;
     cv::Mat letters_found, metal_found;
     cv::parallel_for_({0, 2}, [&](const cv::Range& range) {
       for (int search = range.start; search < range.end; ++search) {

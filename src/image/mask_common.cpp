@@ -1,6 +1,7 @@
 #include "image/mask_common.h"
 
 #include <algorithm>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -28,6 +29,28 @@ cv::Mat shrunk(const cv::Mat& image, int factor) {
                               std::min(image.rows, size.height * factor));
   cv::Mat result;
   cv::resize(image(whole_blocks), result, size, 0.0, 0.0, cv::INTER_AREA);
+  return result;
+}
+
+cv::Mat shrunk(const AttenuationImage& image, int factor) {
+  cv::Mat result(std::max(1, image.height() / factor), std::max(1, image.width() / factor), CV_32F);
+  const int rows = std::min(factor, image.height());
+  const int cols = std::min(factor, image.width());
+  const float share = 1.0F / static_cast<float>(rows * cols);
+  cv::parallel_for_({0, result.rows}, [&](const cv::Range& blocks) {
+    std::vector<float> buffer;
+    std::vector<float> sums(static_cast<std::size_t>(result.cols * cols));
+    for (int v = blocks.start; v < blocks.end; ++v) {
+      std::fill(sums.begin(), sums.end(), 0.0F);
+      for (int i = 0; i < rows; ++i) {
+        const float* row = image.row(v * factor + i, 0, static_cast<int>(sums.size()), &buffer);
+        for (std::size_t u = 0; u < sums.size(); ++u) sums[u] += row[u];
+      }
+      const float* sum = sums.data();
+      float* target = result.ptr<float>(v);
+      for (int u = 0; u < result.cols; ++u, sum += cols) target[u] = share * std::accumulate(sum, sum + cols, 0.0F);
+    }
+  });
   return result;
 }
 
@@ -60,6 +83,16 @@ cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size) {
   const int bottom = std::max(0, size.height - result.rows);
   if (right > 0 || bottom > 0) cv::copyMakeBorder(result, result, 0, bottom, 0, right, cv::BORDER_REPLICATE);
   return result(cv::Rect({0, 0}, size));
+}
+
+cv::Mat grownRows(const cv::Mat& mask, int factor, int width, const cv::Range& rows) {
+  cv::Mat result(rows.size(), width, CV_8U);
+  for (int v = rows.start; v < rows.end; ++v) {
+    const std::uint8_t* blocks = mask.ptr<std::uint8_t>(std::min(v / factor, mask.rows - 1));
+    std::uint8_t* row = result.ptr<std::uint8_t>(v - rows.start);
+    for (int u = 0; u < width; ++u) row[u] = blocks[std::min(u / factor, mask.cols - 1)];
+  }
+  return result;
 }
 
 cv::Rect boxAround(const cv::Mat& mask, int rim) {

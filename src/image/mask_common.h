@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "xray_registration/image/image.h"
+#include "xray_registration/image/attenuation_image.h"
 
 // What the three searches for things to mask share. Private to this room.
 namespace xray_registration {
@@ -20,12 +20,16 @@ int factorFor(const cv::Size& size, int longest_side);
 
 /// Mean over factor × factor blocks; partial blocks are dropped.
 cv::Mat shrunk(const cv::Mat& image, int factor);
+/// The same in one pass over an image's pixels as they came.
+cv::Mat shrunk(const AttenuationImage& image, int factor);
 
 /// 255 for the blocks of factor × factor pixels that are 255 throughout; partial blocks are dropped.
 cv::Mat wholeBlocks(const cv::Mat& mask, int factor);
 
-/// Each pixel factor × factor times; what is missing at the right and bottom repeats the last column and row.
+/// Each pixel factor × factor times; what is missing at the right and bottom repeats the last column and row. Some rows
+/// of that.
 cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size);
+cv::Mat grownRows(const cv::Mat& mask, int factor, int width, const cv::Range& rows);
 
 /// The smallest rectangle around all that is not zero, with a rim of `rim` pixels, inside the image. Empty when all is
 /// zero.
@@ -62,23 +66,25 @@ class SearchCopy {
   static constexpr int kFineSide = 640;
 
   /// The image must stay.
-  explicit SearchCopy(const FloatImage& image)
-      : image_(image), factor_(factorFor(whole().size(), kFineSide)), fine_(shrunk(whole(), factor_)) {}
+  explicit SearchCopy(const AttenuationImage& image)
+      : image_(image), factor_(factorFor({image.width(), image.height()}, kFineSide)), fine_(shrunk(image, factor_)) {}
 
-  const FloatImage& image() const { return image_; }
-  cv::Mat whole() const { return view(image_); }
+  const AttenuationImage& image() const { return image_; }
   int factor() const { return factor_; }
   const cv::Mat& fine() const { return fine_; }
 
  private:
-  const FloatImage& image_;
+  const AttenuationImage& image_;
   int factor_;
   cv::Mat fine_;
 };
 
 /// The field inside of what a device has drawn around it, in whatever value, on the copy `small` of `image`: not zero.
 /// Empty when nothing was drawn.
-cv::Mat drawnField(const cv::Mat& image, const cv::Mat& small, int factor);
+cv::Mat drawnField(const AttenuationImage& image, const cv::Mat& small, int factor);
+
+/// fieldMask of what was copied.
+MaskImage fieldIn(const SearchCopy& copy);
 
 /// The searches of mask.h: what is found on the copy, not zero; of the copy's size, or empty when there is nothing.
 /// `known`: of the copy's size, not zero where metal was before; may be empty.

@@ -308,8 +308,8 @@ cv::Mat mask_detail::metalIn(const SearchCopy& copy, const MaskImage& field, con
   return metal;
 }
 
-MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field) {
-  MaskImage result(attenuation.width, attenuation.height, kUse);
+MaskImage metalMask(const AttenuationImage& attenuation, const MaskImage& field) {
+  MaskImage result(attenuation.width(), attenuation.height(), kUse);
   const mask_detail::SearchCopy copy(attenuation);
   mask_detail::leaveOut(mask_detail::metalIn(copy, field), copy.factor(), &result);
   return result;

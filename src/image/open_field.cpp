@@ -1,6 +1,8 @@
+#include "image/open_field.h"
+
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <iterator>
 
 #include "xray_registration/common/statistics.h"
 #include "xray_registration/image/xray_frame.h"
@@ -9,23 +11,22 @@ namespace xray_registration {
 namespace {
 
 constexpr double kPercentile = 0.995;
-constexpr std::size_t kSamples = 65536;
 /// With fewer unsaturated pixels than this share, their percentile says nothing about the beam.
 constexpr double kFewestUnsaturated = 0.01;
 
 }  // namespace
 
 double estimateOpenField(const FloatImage& transmission, double saturation_value) {
+  return openFieldOf(spreadSamples(transmission), saturation_value);
+}
+
+double openFieldOf(const std::vector<float>& samples, double saturation_value) {
   const bool saturates = std::isfinite(saturation_value) && saturation_value > 0.0;
-  // A stride without a common factor with usual widths walks over all columns.
-  const std::size_t stride = std::max<std::size_t>(1, transmission.pixels.size() / kSamples) | 1U;
   std::vector<float> unsaturated;
-  unsaturated.reserve(transmission.pixels.size() / stride + 1);
-  std::size_t looked_at = 0;
-  for (std::size_t i = 0; i < transmission.pixels.size(); i += stride, ++looked_at) {
-    if (!saturates || transmission.pixels[i] < saturation_value) unsaturated.push_back(transmission.pixels[i]);
-  }
-  if (unsaturated.size() < kFewestUnsaturated * static_cast<double>(looked_at) || unsaturated.empty()) {
+  unsaturated.reserve(samples.size());
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(unsaturated),
+               [&](float sample) { return !saturates || sample < saturation_value; });
+  if (unsaturated.size() < kFewestUnsaturated * static_cast<double>(samples.size()) || unsaturated.empty()) {
     return saturates ? saturation_value : 0.0;
   }
   return quantileBelow(&unsaturated, kPercentile);

@@ -45,10 +45,15 @@ cv::Mat roughness(const cv::Mat& image) {
   return cv::abs(second);
 }
 
-/// Mean over a region without its rim; edges count no more than four times what most pixels have.
-double meanIn(const cv::Mat& rough, const cv::Mat& region, bool cut_edges) {
+/// A region without its rim.
+cv::Mat insideOf(const cv::Mat& region) {
   cv::Mat inside;
   cv::erode(region, inside, cv::Mat(), {-1, -1}, 2, cv::BORDER_CONSTANT, cv::Scalar(kUse));
+  return inside;
+}
+
+/// Mean over a region; edges count no more than four times what most pixels have.
+double meanIn(const cv::Mat& rough, const cv::Mat& inside, bool cut_edges) {
   const int count = cv::countNonZero(inside);
   if (count < kLeastPoints) return std::numeric_limits<double>::infinity();
   if (!cut_edges) return cv::mean(rough, inside)[0];
@@ -60,14 +65,50 @@ double meanIn(const cv::Mat& rough, const cv::Mat& region, bool cut_edges) {
   return cv::sum(flat)[0] / count;
 }
 
+/// The rows of an image that say what its noise is: all of a small one, else stripes of it.
+std::vector<cv::Range> stripesOf(int rows) {
+  constexpr int kStripe = 16;
+  constexpr int kStripes = 24;
+  if (rows <= kStripe * kStripes) return {{0, rows}};
+  std::vector<cv::Range> stripes;
+  for (int i = 0; i < kStripes; ++i) {
+    const int first = (rows - kStripe) * i / (kStripes - 1);
+    stripes.emplace_back(first, first + kStripe);
+  }
+  return stripes;
+}
+
+/// Rows of an image.
+cv::Mat rowsOf(const AttenuationImage& image, const cv::Range& rows) {
+  cv::Mat values(rows.size(), image.width(), CV_32F);
+  std::vector<float> buffer;
+  for (int v = 0; v < values.rows; ++v) {
+    std::copy_n(image.row(rows.start + v, &buffer), image.width(), values.ptr<float>(v));
+  }
+  return values;
+}
+
 /// Whether the surround has much less noise than the beam has where it is as bright. The noise of a beam's logarithm
-/// goes with the root of its brightness: air beside a dense body is stiller than the body, and is no surround.
-bool isDrawn(const cv::Mat& image, const cv::Mat& field, float value) {
-  cv::Mat rough = roughness(image);
-  const double found = meanIn(rough, ~field, false);
-  cv::Mat dimming;
-  cv::exp(0.5 * (value - image), dimming);
-  const double expected = meanIn(rough.mul(dimming), field, true) / kRoughnessOfNoise;
+/// goes with the root of its brightness: air beside a dense body is stiller than the body, and is no surround. `field`
+/// is that of the image's copy by `factor`.
+bool isDrawn(const AttenuationImage& image, const cv::Mat& field, int factor, float value) {
+  const std::vector<cv::Range> stripes = stripesOf(image.height());
+  const int rim = stripes.size() > 1 ? 1 : 0;  // What lies beyond a stripe is not known to it.
+  cv::Mat rough, dimmed, surround, picture;
+  for (const cv::Range& stripe : stripes) {
+    const cv::Mat values = rowsOf(image, stripe);
+    const cv::Mat rows = mask_detail::grownRows(field, factor, image.width(), stripe);
+    const cv::Range known(rim, values.rows - rim);
+    cv::Mat dimming;
+    cv::exp(0.5 * (value - values), dimming);
+    const cv::Mat own = roughness(values);
+    rough.push_back(own.rowRange(known));
+    dimmed.push_back(cv::Mat(own.mul(dimming)).rowRange(known));
+    surround.push_back(insideOf(~rows).rowRange(known));
+    picture.push_back(insideOf(rows).rowRange(known));
+  }
+  const double found = meanIn(rough, surround, false);
+  const double expected = meanIn(dimmed, picture, true) / kRoughnessOfNoise;
   return std::isfinite(expected) && expected > kLeastNoise && found / kRoughnessOfNoise < kNoiseShare * expected;
 }
 
@@ -261,19 +302,19 @@ cv::Mat shapeOf(const cv::Mat& field, const std::vector<EdgePoint>& edge) {
 }
 
 /// The field that is surrounded by one value; empty when none is.
-cv::Mat surroundedBy(float value, const cv::Mat& small, const cv::Mat& image, int factor) {
+cv::Mat surroundedBy(float value, const cv::Mat& small, const AttenuationImage& image, int factor) {
   const cv::Mat field = fieldWithin(small, value);
   const int pixels = cv::countNonZero(field);
   const auto area = static_cast<double>(small.total());
   if (pixels < kLeastDisc * area || pixels > (1.0 - kLeastSurround) * area) return {};
   const cv::Mat shape = shapeOf(field, edgeOf(field, small, value));
   if (shape.empty()) return {};
-  return isDrawn(image, mask_detail::grown(field, factor, image.size()), value) ? shape : cv::Mat();
+  return isDrawn(image, field, factor, value) ? shape : cv::Mat();
 }
 
 }  // namespace
 
-cv::Mat mask_detail::drawnField(const cv::Mat& image, const cv::Mat& small, int factor) {
+cv::Mat mask_detail::drawnField(const AttenuationImage& image, const cv::Mat& small, int factor) {
   constexpr int kCorner = 3;
   if (std::min(small.cols, small.rows) < 4 * kCorner) return {};
   std::vector<float> tried;

@@ -25,6 +25,14 @@ double saturationOf(const cv::Mat& picture) {
   return static_cast<double>(std::numeric_limits<float>::max());
 }
 
+template <typename Pixel>
+Image<Pixel> pixelsOf(const cv::Mat& picture) {
+  Image<Pixel> image(picture.cols, picture.rows);
+  constexpr int kType = cv::DataType<Pixel>::type;
+  picture.convertTo(cv::Mat(picture.rows, picture.cols, kType, image.pixels.data()), kType);
+  return image;
+}
+
 }  // namespace
 
 RawImage readXrayImage(const std::string& path) {
@@ -38,8 +46,8 @@ RawImage readXrayImage(const std::string& path) {
   }
   if (picture.empty()) refuse(path, "it is no DICOM, PNG, TIFF or PGM image, or it is damaged");
   RawImage raw;
-  raw.pixels = FloatImage(picture.cols, picture.rows);
-  picture.convertTo(cv::Mat(picture.rows, picture.cols, CV_32F, raw.pixels.pixels.data()), CV_32F);
+  const bool counts = picture.depth() == CV_8U || picture.depth() == CV_16U;
+  raw.pixels = counts ? RawPixels(pixelsOf<std::uint16_t>(picture)) : RawPixels(pixelsOf<float>(picture));
   raw.saturation = saturationOf(picture);
   return raw;
 }

@@ -53,12 +53,14 @@ std::vector<OverlayLine> overlayLines(const DrrParts& parts, const RegistrationR
 ViewInput forDisplay(const ViewInput& view) {
   constexpr int kLargestSide = 800;
   const XrayFrame& full = *view.xray;
-  const int side = std::max(full.attenuation.width, full.attenuation.height);
+  const int side = std::max(full.attenuation.width(), full.attenuation.height());
   const int factor = (side + kLargestSide - 1) / kLargestSide;
   if (factor <= 1) return view;
   XrayFrame small;
   small.camera = full.camera.binned(factor);
-  binImage(full.attenuation, full.mask, factor, &small.attenuation, &small.mask);
+  FloatImage binned;
+  binImage(full.attenuation, full.mask, factor, &binned, &small.mask);
+  small.attenuation = std::move(binned);
   ViewInput shown(std::make_shared<const XrayFrame>(std::move(small)), view.T_view_first);
   shown.name = view.name;
   return shown;

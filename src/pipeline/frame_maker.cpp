@@ -51,9 +51,10 @@ std::string sizeInWords(int width, int height) { return std::to_string(width) + 
 double saturationOf(const RawImage& raw, const ImageParameters& options) {
   const double saturation = options.max_value > 0.0 ? options.max_value : raw.saturation;
   const bool unbounded = saturation >= static_cast<double>(std::numeric_limits<float>::max());
-  if (!unbounded || options.linearize.kind != ImageKind::kInverted || raw.pixels.empty()) return saturation;
+  const FloatImage& floats = raw.pixels.floats;
+  if (!unbounded || options.linearize.kind != ImageKind::kInverted || floats.empty()) return saturation;
   // An inverted image in floats has no largest value but its own.
-  return *std::max_element(raw.pixels.pixels.begin(), raw.pixels.pixels.end());
+  return *std::max_element(floats.pixels.begin(), floats.pixels.end());
 }
 
 }  // namespace
@@ -79,8 +80,8 @@ ViewInput FrameMaker::makeView(RawView* raw) {
   XrayFrame frame = makeXrayFrame(std::move(raw->image->pixels), saturation, raw->calibration, options_.linearize,
                                   &view.pixels, view.map);
   if (!view.mask.empty() &&
-      (view.mask.width != frame.attenuation.width || view.mask.height != frame.attenuation.height)) {
-    throw FrameError("the image is " + sizeInWords(frame.attenuation.width, frame.attenuation.height) +
+      (view.mask.width != frame.attenuation.width() || view.mask.height != frame.attenuation.height())) {
+    throw FrameError("the image is " + sizeInWords(frame.attenuation.width(), frame.attenuation.height()) +
                      " but its mask (image/mask) is " + sizeInWords(view.mask.width, view.mask.height));
   }
   maskFrame(&frame, options_.find, view.mask, &view.metal);

@@ -45,7 +45,9 @@ ViewInput reduced(const ViewInput& view, int factor) {
   if (factor == 1) return view;
   XrayFrame frame;
   frame.camera = view.xray->camera.binned(factor);
-  binImage(view.xray->attenuation, view.xray->mask, factor, &frame.attenuation, &frame.mask);
+  FloatImage binned;
+  binImage(view.xray->attenuation, view.xray->mask, factor, &binned, &frame.mask);
+  frame.attenuation = std::move(binned);
   ViewInput small = view;
   small.xray = std::make_shared<const XrayFrame>(std::move(frame));
   return small;

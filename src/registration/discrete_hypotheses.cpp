@@ -29,7 +29,7 @@ Image<T> turnedClockwise(const Image<T>& image) {
 
 template <typename Change>
 void changeImages(const Change& change, XrayFrame* frame) {
-  frame->attenuation = change(frame->attenuation);
+  frame->attenuation = change(frame->attenuation.floats());
   if (!frame->mask.empty()) frame->mask = change(frame->mask);
 }
 
@@ -139,7 +139,7 @@ PutRight DiscreteHypotheses::putRight(std::size_t index, const std::vector<ViewI
   for (const std::size_t view : change.views) {
     XrayFrame frame = *views[view].xray;
     if (change.kind == Kind::kInverted) {
-      for (float& value : frame.attenuation.pixels) value = -value;
+      for (float& value : frame.attenuation.floats().pixels) value = -value;
     }
     turn(change.quarter_turns, &frame);
     if (change.kind == Kind::kMirrored || change.kind == Kind::kMirroredCt) mirror(&frame);

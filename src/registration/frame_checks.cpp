@@ -1,23 +1,17 @@
 #include "registration/frame_checks.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace xray_registration {
 
 std::string problemOf(const XrayFrame& view) {
   std::string problem = view.camera.problem();
   if (!problem.empty()) return problem;
-  if (view.attenuation.width != view.camera.width || view.attenuation.height != view.camera.height) {
+  if (view.attenuation.width() != view.camera.width || view.attenuation.height() != view.camera.height) {
     return "the X-ray's size disagrees with its camera's";
   }
   if (!view.mask.empty() && (view.mask.width != view.camera.width || view.mask.height != view.camera.height)) {
     return "the mask's size disagrees with the X-ray's";
   }
-  const std::vector<float>& pixels = view.attenuation.pixels;
-  if (!std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); })) {
-    return "the X-ray holds values that are not finite";
-  }
+  if (!view.attenuation.allFinite()) return "the X-ray holds values that are not finite";
   return {};
 }
 

@@ -2,18 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "xray_registration/image/image_pyramid.h"
 
 namespace xray_registration {
 namespace {
-
-struct Window {
-  int x = 0;
-  int y = 0;
-  int width = 0;
-  int height = 0;
-};
 
 /// A window smaller than this share of the image is worth its copy.
 constexpr double kWorthCropping = 0.6;
@@ -68,14 +62,14 @@ Ranges shadowOfBox(const XrayCamera& camera, const ShadowBounds& bounds) {
   return ranges;
 }
 
-Window windowAround(const XrayCamera& camera, const ShadowBounds& bounds) {
-  const Window whole{0, 0, camera.width, camera.height};
+PixelWindow windowAround(const XrayCamera& camera, const ShadowBounds& bounds) {
+  const PixelWindow whole{0, 0, camera.width, camera.height};
   const Ranges sphere = shadowOfSphere(camera, bounds);
   const Ranges box = shadowOfBox(camera, bounds);
   const auto clamped = [](double value, int limit) {
     return static_cast<int>(std::lround(std::min(std::max(value, 0.0), static_cast<double>(limit))));
   };
-  Window window;
+  PixelWindow window;
   window.x = clamped(std::floor(std::max(sphere.u.low, box.u.low)), camera.width);
   window.y = clamped(std::floor(std::max(sphere.v.low, box.v.low)), camera.height);
   window.width = clamped(std::ceil(std::min(sphere.u.high, box.u.high) + 1.0), camera.width) - window.x;
@@ -86,12 +80,19 @@ Window windowAround(const XrayCamera& camera, const ShadowBounds& bounds) {
   return window;
 }
 
-template <typename T>
-Image<T> cropped(const Image<T>& image, const Window& window) {
-  Image<T> result(window.width, window.height);
+FloatImage cropped(const AttenuationImage& image, const PixelWindow& window) {
+  FloatImage result(window.width, window.height);
+  std::vector<float> buffer;
   for (int v = 0; v < window.height; ++v) {
-    const auto row = image.pixels.begin() + static_cast<std::ptrdiff_t>(v + window.y) * image.width + window.x;
-    std::copy(row, row + window.width, result.pixels.begin() + static_cast<std::ptrdiff_t>(v) * window.width);
+    std::copy_n(image.row(v + window.y, window.x, window.width, &buffer), window.width, &result.at(0, v));
+  }
+  return result;
+}
+
+MaskImage cropped(const MaskImage& mask, const PixelWindow& window) {
+  MaskImage result(window.width, window.height, 255);
+  for (int v = 0; v < window.height && !mask.empty(); ++v) {
+    std::copy_n(&mask.at(window.x, v + window.y), window.width, &result.at(0, v));
   }
   return result;
 }
@@ -122,29 +123,20 @@ void hideUnweighted(const FloatImage& weight, FloatImage* attenuation) {
 }  // namespace
 
 PreparedView prepareView(const XrayFrame& view, const ShadowBounds& bounds, int binning) {
-  const Window window = windowAround(view.camera, bounds);
-  const bool whole = window.width == view.camera.width && window.height == view.camera.height;
+  const PixelWindow window = windowAround(view.camera, bounds);
   PreparedView prepared;
-  prepared.camera = whole ? view.camera : view.camera.cropped(window.x, window.y, window.width, window.height);
-  FloatImage window_attenuation;
-  MaskImage window_mask;
-  if (!whole) {
-    window_attenuation = cropped(view.attenuation, window);
-    if (!view.mask.empty()) window_mask = cropped(view.mask, window);
-  }
-  const FloatImage& attenuation = whole ? view.attenuation : window_attenuation;
-  const MaskImage& mask = whole ? view.mask : window_mask;
+  prepared.camera = view.camera.cropped(window.x, window.y, window.width, window.height);
+  MaskImage mask;
   // At least a tile has to be left, however close the start pose puts the CT.
   binning = std::min(binning, std::min(window.width, window.height) / kTile);
   if (binning > 1) {
-    MaskImage binned_mask;
-    binImage(attenuation, mask, binning, &prepared.attenuation, &binned_mask);
+    binImage(view.attenuation, view.mask, window, binning, &prepared.attenuation, &mask);
     prepared.camera = prepared.camera.binned(binning);
-    prepared.weight = weightsOf(binned_mask);
   } else {
-    prepared.attenuation = attenuation;
-    prepared.weight = mask.empty() ? FloatImage(window.width, window.height, 1.0F) : weightsOf(mask);
+    prepared.attenuation = cropped(view.attenuation, window);
+    mask = cropped(view.mask, window);
   }
+  prepared.weight = weightsOf(mask);
   hideUnweighted(prepared.weight, &prepared.attenuation);
   return prepared;
 }

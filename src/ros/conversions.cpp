@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
 
 #include "xray_registration/geometry/cross_matrix.h"
 
@@ -35,8 +36,9 @@ T readValue(const std::uint8_t* bytes, bool swap) {
   return value;
 }
 
-template <typename T>
-FloatImage readPixels(const sensor_msgs::Image& message) {
+/// Pixels of type T as a message has them, into an image of `Pixel`.
+template <typename T, typename Pixel>
+Image<Pixel> readPixels(const sensor_msgs::Image& message) {
   const std::size_t row_bytes = static_cast<std::size_t>(message.width) * sizeof(T);
   if (message.step < row_bytes) {
     throw FrameError("image step " + std::to_string(message.step) + " is shorter than a row of " +
@@ -51,11 +53,15 @@ FloatImage readPixels(const sensor_msgs::Image& message) {
                      " needs " + std::to_string(needed));
   }
   const bool swap = sizeof(T) > 1 && (message.is_bigendian != 0) != hostIsBigEndian();
-  FloatImage image(static_cast<int>(message.width), static_cast<int>(message.height));
+  Image<Pixel> image(static_cast<int>(message.width), static_cast<int>(message.height));
   for (int v = 0; v < image.height; ++v) {
     const std::uint8_t* row = message.data.data() + static_cast<std::size_t>(v) * message.step;
+    if (std::is_same_v<T, Pixel> && !swap) {
+      std::memcpy(&image.at(0, v), row, row_bytes);
+      continue;
+    }
     for (int u = 0; u < image.width; ++u) {
-      image.at(u, v) = static_cast<float>(readValue<T>(row + static_cast<std::size_t>(u) * sizeof(T), swap));
+      image.at(u, v) = static_cast<Pixel>(readValue<T>(row + static_cast<std::size_t>(u) * sizeof(T), swap));
     }
   }
   return image;
@@ -118,13 +124,13 @@ RawImage rawImage(const sensor_msgs::Image& message) {
   }
   const std::string& encoding = message.encoding;
   if (encoding == encodings::MONO8 || encoding == encodings::TYPE_8UC1) {
-    return {readPixels<std::uint8_t>(message), 255.0};
+    return {readPixels<std::uint8_t, std::uint16_t>(message), 255.0};
   }
   if (encoding == encodings::MONO16 || encoding == encodings::TYPE_16UC1) {
-    return {readPixels<std::uint16_t>(message), 65535.0};
+    return {readPixels<std::uint16_t, std::uint16_t>(message), 65535.0};
   }
   if (encoding == encodings::TYPE_32FC1) {
-    return {readPixels<float>(message), static_cast<double>(std::numeric_limits<float>::max())};
+    return {readPixels<float, float>(message), static_cast<double>(std::numeric_limits<float>::max())};
   }
   throw FrameError("image encoding '" + encoding + "' is not one of mono8, mono16, 8UC1, 16UC1, 32FC1");
 }

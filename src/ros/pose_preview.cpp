@@ -80,7 +80,9 @@ const ViewInput& PosePreview::smaller(std::size_t view, const ViewInput& input, 
   const int factor = (std::max(fine.camera.width, fine.camera.height) + longest_side - 1) / longest_side;
   XrayFrame binned;
   binned.camera = fine.camera.binned(factor);
-  binImage(fine.attenuation, fine.mask, factor, &binned.attenuation, &binned.mask);
+  FloatImage attenuation;
+  binImage(fine.attenuation, fine.mask, factor, &attenuation, &binned.mask);
+  binned.attenuation = std::move(attenuation);
   kept.view.emplace(std::make_shared<const XrayFrame>(std::move(binned)), input.T_view_first);
   kept.of = input.xray;
   kept.longest_side = longest_side;
@@ -105,7 +107,8 @@ void PosePreview::show(const PreviewRequest& request, const std::vector<std::opt
     for (OverlayLine& line : lines) {
       if (!line.outline) line.colour = kPreviewColour;
     }
-    publish(overlays_[i], headers[i], toColourMessage(drawOverlay(view.xray->attenuation, view.xray->mask, lines)));
+    publish(overlays_[i], headers[i],
+            toColourMessage(drawOverlay(view.xray->attenuation.values(), view.xray->mask, lines)));
   }
 }
 

@@ -50,7 +50,7 @@ void Publishers::drr(std::size_t view, const std_msgs::Header& header, const Flo
 
 void Publishers::overlay(std::size_t view, const std_msgs::Header& header, const XrayFrame& xray,
                          const std::vector<OverlayLine>& lines) const {
-  sensor_msgs::Image message = toColourMessage(drawOverlay(xray.attenuation, xray.mask, lines));
+  sensor_msgs::Image message = toColourMessage(drawOverlay(xray.attenuation.values(), xray.mask, lines));
   message.header = header;
   overlay_[view].publish(message);
 }

@@ -110,7 +110,7 @@ class Monitor {
     for (const auto& [name, image] : pictures()) {
       paths.push_back(std::filesystem::absolute(arguments_.output + "/" + name + ".png").lexically_normal());
       if (name == "xray") {
-        writeGreyPng(paths.back(), asOnFilm(rawImage(*image).pixels));
+        writeGreyPng(paths.back(), asOnFilm(floatsOf(rawImage(*image).pixels)));
       } else {
         writePng(paths.back(), *image);
       }

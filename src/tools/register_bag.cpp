@@ -87,7 +87,7 @@ void writeOverlays(const Arguments& arguments, const BagSession& session, const 
     std::snprintf(number, sizeof number, "%05zu", frame);
     const std::string& name = session.views()[i].name;
     writePng(arguments.overlay + "/" + (name.empty() ? "" : asFileName(name) + "_") + number + ".png",
-             toColourMessage(drawOverlay(view.xray->attenuation, view.xray->mask, lines)));
+             toColourMessage(drawOverlay(view.xray->attenuation.values(), view.xray->mask, lines)));
   }
 }
 

@@ -77,7 +77,7 @@ NormalisedError normalisedError(double noise_deviation) {
   std::vector<Matrix6d> covariances;
   for (int i = 0; i < kRegistrations; ++i) {
     view.attenuation = clean;
-    for (float& pixel : view.attenuation.pixels) pixel += static_cast<float>(noise_deviation * noise.next());
+    for (float& pixel : view.attenuation.floats().pixels) pixel += static_cast<float>(noise_deviation * noise.next());
     const RegistrationResult result = registrar->registerFrame({view}, T_camera_ct, false);
     errors.push_back(twistBetween(T_camera_ct, result.T_camera_ct, T_camera_ct * centre_ct_mm));
     covariances.push_back(result.covariance);
@@ -137,7 +137,7 @@ NormalisedError normalisedErrorOfWrongSetups(std::size_t views) {
       XrayFrame frame;
       frame.camera = told;
       frame.attenuation = registrar->renderDrr(seen_by, seen_from * T_camera_ct);
-      for (float& pixel : frame.attenuation.pixels) pixel += static_cast<float>(0.02 * noise.next());
+      for (float& pixel : frame.attenuation.floats().pixels) pixel += static_cast<float>(0.02 * noise.next());
       inputs.emplace_back(std::make_shared<const XrayFrame>(std::move(frame)),
                           v == 0 ? RigidTransform::Identity() : T_view_first);
     }

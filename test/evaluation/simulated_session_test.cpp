@@ -153,7 +153,7 @@ TEST_F(SimulatedSession, NoiseAloneIsNotAccepted) {
   XrayFrame view;
   view.camera = camera();
   view.attenuation = FloatImage(camera().width, camera().height);
-  for (float& pixel : view.attenuation.pixels) pixel = static_cast<float>(random() >> 11U) * 0x1.0p-53F;
+  for (float& pixel : view.attenuation.floats().pixels) pixel = static_cast<float>(random() >> 11U) * 0x1.0p-53F;
   const RegistrationResult result = registrar()->registerFrame({view}, start, false);
   EXPECT_FALSE(result.accepted) << "similarity " << result.similarity;
   EXPECT_FALSE(result.reason.empty());

@@ -64,8 +64,8 @@ RawView someView(const std::string& name) {
   RawView view;
   view.name = name;
   view.image = RawImage{FloatImage(32, 24), 65535.0};
-  for (std::size_t i = 0; i < view.image->pixels.pixels.size(); ++i) {
-    view.image->pixels.pixels[i] = 20000.0F + 100.0F * static_cast<float>(i % 97);
+  for (std::size_t i = 0; i < view.image->pixels.floats.pixels.size(); ++i) {
+    view.image->pixels.floats.pixels[i] = 20000.0F + 100.0F * static_cast<float>(i % 97);
   }
   view.calibration.width = 32;
   view.calibration.height = 24;

@@ -19,7 +19,8 @@ RawView someView(const std::string& name, float phase) {
   // Waves of 30 pixels, no symmetry.
   for (int v = 0; v < 96; ++v) {
     for (int u = 0; u < 96; ++u) {
-      view.image->pixels.at(u, v) = 20000.0F + 10000.0F * std::sin(0.2F * u + phase) * std::cos(0.15F * v + 0.4F);
+      view.image->pixels.floats.at(u, v) =
+          20000.0F + 10000.0F * std::sin(0.2F * u + phase) * std::cos(0.15F * v + 0.4F);
     }
   }
   view.calibration.width = view.calibration.height = 96;
@@ -34,7 +35,7 @@ std::vector<RawView> someViews() { return {someView("ap", 0.0F), someView("obliq
 std::string changesOf(const RawView& before, const RawView& after) {
   std::string changed;
   EXPECT_EQ(before.name, after.name);
-  if (before.image->pixels.pixels != after.image->pixels.pixels) changed += "pixels ";
+  if (before.image->pixels.floats.pixels != after.image->pixels.floats.pixels) changed += "pixels ";
   for (std::size_t i = 0; i < 9; ++i) {
     if (before.calibration.k[i] != after.calibration.k[i]) changed += "k" + std::to_string(i) + " ";
   }
@@ -113,7 +114,7 @@ TEST(WrongInput, ExchangedTwiceIsTheSame) {
   const WrongInput exchanged = parseWrongInput("exchanged_views");
   std::vector<RawView> views = someViews();
   tellWrong({exchanged}, &views);
-  EXPECT_EQ(views[0].image->pixels.pixels, someViews()[1].image->pixels.pixels);
+  EXPECT_EQ(views[0].image->pixels.floats.pixels, someViews()[1].image->pixels.floats.pixels);
   tellWrong({exchanged}, &views);
   for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(changesOf(someViews()[i], views[i]), "");
 }

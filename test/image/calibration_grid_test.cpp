@@ -203,7 +203,7 @@ class RealGrid : public testing::Test {
   }
 
   FloatImage picture(const std::string& name) const {
-    return readXrayImage(data_ + "/xray_dicom/" + name + ".dcm").pixels;
+    return floatsOf(readXrayImage(data_ + "/xray_dicom/" + name + ".dcm").pixels);
   }
 
   std::string data_;

@@ -56,6 +56,41 @@ TEST(ImagePyramid, MaskedPixelsDoNotCount) {
   EXPECT_FLOAT_EQ(binned.at(1, 0), (6.0F + 9.0F + 16.0F + 19.0F) / 4.0F);
 }
 
+TEST(ImagePyramid, AWindowOfCountsIsThatOfTheirValues) {
+  // Large enough for several threads, and the window's sides are no whole number of blocks.
+  CountImage counts(700, 600);
+  for (std::size_t i = 0; i < counts.pixels.size(); ++i) counts.pixels[i] = static_cast<std::uint16_t>(i * 7919 % 1000);
+  std::vector<float> worth(1000);
+  for (std::size_t i = 0; i < worth.size(); ++i) worth[i] = 5.0F - 0.005F * static_cast<float>(i);
+  const AttenuationImage image(counts, worth);
+  MaskImage mask(700, 600, 255);
+  for (std::size_t i = 0; i < mask.pixels.size(); i += 5) mask.pixels[i] = 0;
+  const PixelWindow window{13, 21, 641, 502};
+  FloatImage binned;
+  MaskImage binned_mask;
+  binImage(image, mask, window, 3, &binned, &binned_mask);
+  ASSERT_EQ(binned.width, 213);
+  ASSERT_EQ(binned.height, 167);
+  for (int v = 0; v < binned.height; ++v) {
+    for (int u = 0; u < binned.width; ++u) {
+      double sum = 0.0;
+      int allowed = 0;
+      for (int i = 0; i < 9; ++i) {
+        const int from_u = window.x + 3 * u + i % 3;
+        const int from_v = window.y + 3 * v + i / 3;
+        if (mask.at(from_u, from_v) == 0) continue;
+        sum += image.at(from_u, from_v);
+        ++allowed;
+      }
+      ASSERT_NEAR(binned.at(u, v), sum / allowed, 1e-5) << u << ", " << v;
+      ASSERT_EQ(binned_mask.at(u, v), 2 * allowed >= 9 ? 255 : 0) << u << ", " << v;
+    }
+  }
+  for (const PixelWindow& outside : {PixelWindow{-1, 0, 9, 9}, {0, 0, 701, 9}, {0, 598, 9, 3}, {0, 0, 9, -1}}) {
+    EXPECT_THROW(binImage(image, mask, outside, 3, &binned, &binned_mask), std::invalid_argument);
+  }
+}
+
 TEST(ImagePyramid, ResultMayReplaceItsSource) {
   FloatImage image = ramp(4, 4);
   MaskImage mask;

@@ -506,6 +506,55 @@ XrayFrame frameOf(const FloatImage& attenuation) {
   return frame;
 }
 
+/// Counts of a detector behind what attenuates, and the same numbers as floats.
+struct CountsAndFloats {
+  AttenuationImage counts;
+  AttenuationImage floats;
+};
+
+CountsAndFloats countedBehind(const FloatImage& attenuation) {
+  CountImage counts(attenuation.width, attenuation.height);
+  for (std::size_t i = 0; i < counts.pixels.size(); ++i) {
+    counts.pixels[i] = static_cast<std::uint16_t>(std::clamp(40000.0F * std::exp(-attenuation.pixels[i]), 1.0F, 6e4F));
+  }
+  std::vector<float> worth(60001);
+  for (std::size_t i = 0; i < worth.size(); ++i) {
+    worth[i] = -std::log(std::max(static_cast<float>(i), 0.5F) / 40000.0F);
+  }
+  AttenuationImage of_counts(counts, worth);
+  FloatImage values = of_counts.values();
+  return {std::move(of_counts), std::move(values)};
+}
+
+TEST(MaskFrame, CountsAreMaskedAsTheirValuesAre) {
+  const Distance inside = disc(127.5, 127.5, 110);
+  Scene scene = collimated(head, inside);
+  scene.line_integral = [&](double x, double y) { return head(x, y) + kSteel * ball(x, y, 30, -40, 6); };
+  FloatImage attenuation = scene.attenuation();
+  drawLetters(&attenuation, 90, 60, 9.0F);
+  // A small image, and one whose copies have no common factor (3 and 7).
+  for (const int factor : {1, 7}) {
+    FloatImage large(256 * factor, 250 * factor);
+    for (int v = 0; v < large.height; ++v) {
+      for (int u = 0; u < large.width; ++u) large.at(u, v) = attenuation.at(u / factor, v / factor);
+    }
+    const CountsAndFloats both = countedBehind(large);
+    XrayFrame of_counts = frameOf(large);
+    of_counts.attenuation = both.counts;
+    XrayFrame of_floats = of_counts;
+    of_floats.attenuation = both.floats;
+    maskFrame(&of_counts, {}, {});
+    maskFrame(&of_floats, {}, {});
+    EXPECT_EQ(of_counts.mask.pixels, of_floats.mask.pixels);
+    const auto masked = std::count(of_counts.mask.pixels.begin(), of_counts.mask.pixels.end(), 0);
+    EXPECT_GT(masked, large.width * large.height / 10) << "the collimator at least";
+  }
+  const CountsAndFloats both = countedBehind(attenuation);
+  const MaskImage letters = letterMask(both.counts, {});
+  EXPECT_EQ(letters.pixels, letterMask(both.floats, {}).pixels);
+  EXPECT_LT(kept(letters), 256 * 256) << "letters";
+}
+
 TEST(MaskFrame, JoinsWhatIsAskedForAndKeepsWhatWasMasked) {
   const Distance inside = disc(127.5, 127.5, 110);
   const auto steel = [](double x, double y) { return ball(x, y, 30, -40, 6); };

@@ -115,6 +115,43 @@ TEST(XrayFrame, TransmissionBecomesAttenuation) {
   EXPECT_EQ(std::count(frame.mask.pixels.begin(), frame.mask.pixels.end(), 0), 0);
 }
 
+TEST(XrayFrame, CountsAreWorthWhatTheSameFloatsAre) {
+  FloatImage floats = transmission(40000.0);
+  floats.at(10, 10) = 0.0F;  // Below the floor.
+  floats.at(20, 20) = 65535.0F;
+  CountImage counts(64, 48);
+  for (std::size_t i = 0; i < counts.pixels.size(); ++i) {
+    floats.pixels[i] = std::round(floats.pixels[i]);
+    counts.pixels[i] = static_cast<std::uint16_t>(floats.pixels[i]);
+  }
+  for (const ImageKind kind : {ImageKind::kTransmission, ImageKind::kAttenuation, ImageKind::kInverted}) {
+    for (const double open_field : {0.0, 30000.0}) {
+      for (const double saturation : {kMono16, 4000.0, 0.0}) {
+        LinearizeOptions options{kind, open_field};
+        const XrayFrame of_counts = makeXrayFrame(counts, saturation, calibration(), options);
+        const XrayFrame of_floats = makeXrayFrame(floats, saturation, calibration(), options);
+        EXPECT_NE(of_counts.attenuation.counts(), nullptr) << "no image of floats";
+        EXPECT_EQ(of_counts.mask.pixels, of_floats.mask.pixels);
+        for (std::size_t i = 0; i < counts.pixels.size(); ++i) {
+          // The same arithmetic, in vectors or at their end: the last digit of log(40000) ≈ 10.6 may differ.
+          ASSERT_NEAR(of_counts.attenuation.values().pixels[i], of_floats.attenuation.values().pixels[i], 2e-6);
+        }
+      }
+    }
+  }
+  Calibration distorted = calibration();
+  distorted.distortion_model = "plumb_bob";
+  distorted.distortion = {0.1, 0.0, 0.0, 0.0, 0.0};
+  const FloatImage straight = makeXrayFrame(counts, kMono16, distorted, {}).attenuation.values();
+  const FloatImage expected = makeXrayFrame(floats, kMono16, distorted, {}).attenuation.values();
+  for (std::size_t i = 0; i < straight.pixels.size(); ++i) ASSERT_NEAR(straight.pixels[i], expected.pixels[i], 1e-5);
+}
+
+TEST(XrayFrame, CountsThatCarryNoPictureAreRefused) {
+  EXPECT_THROW(makeXrayFrame(CountImage(64, 48, 300), kMono16, calibration(), {}), FrameError);
+  EXPECT_THROW(makeXrayFrame(CountImage(), kMono16, calibration(), {}), FrameError);
+}
+
 TEST(XrayFrame, OpenFieldIsFoundAndSteady) {
   std::mt19937_64 random(5);
   double lowest = 1e9;
@@ -150,7 +187,7 @@ TEST(XrayFrame, ZeroAndNegativePixelsStayFinite) {
   image.at(11, 10) = -25.0F;
   for (const double saturation : {kMono16, 0.0, static_cast<double>(INFINITY)}) {
     const XrayFrame frame = makeXrayFrame(image, saturation, calibration(), {});
-    EXPECT_TRUE(allFinite(frame.attenuation));
+    EXPECT_TRUE(allFinite(frame.attenuation.values()));
     EXPECT_EQ(frame.attenuation.at(10, 10), frame.attenuation.at(11, 10));
     EXPECT_GT(frame.attenuation.at(10, 10), 10.0F) << "dark must stay darker than any patient";
   }
@@ -184,7 +221,7 @@ TEST(XrayFrame, AttenuationStaysLinear) {
   LinearizeOptions options;
   options.kind = ImageKind::kAttenuation;
   const XrayFrame floats = makeXrayFrame(image, 0.0, calibration(), options);
-  EXPECT_EQ(floats.attenuation.pixels, image.pixels) << "line integrals are taken as they are";
+  EXPECT_EQ(floats.attenuation.values().pixels, image.pixels) << "line integrals are taken as they are";
   const XrayFrame integers = makeXrayFrame(image, kMono16, calibration(), options);
   // 6300 needs 13 bits: full scale 8191.
   EXPECT_FLOAT_EQ(integers.attenuation.at(63, 0), 8.0F * 6300.0F / 8191.0F);
@@ -254,7 +291,7 @@ void expectUndistorted(const Calibration& c) {
     }
   }
   EXPECT_GT(masked, 20) << "this lens must look past the image's border for the test to mean anything";
-  EXPECT_TRUE(allFinite(frame.attenuation));
+  EXPECT_TRUE(allFinite(frame.attenuation.values()));
 }
 
 TEST(XrayFrame, PlumbBobIsUndistortedAndWhatWasNotSeenIsMasked) {
@@ -272,7 +309,7 @@ TEST(XrayFrame, RationalPolynomialIsUndistorted) {
 
 void expectSameFrame(const XrayFrame& a, const XrayFrame& b) {
   EXPECT_EQ(a.camera, b.camera);
-  EXPECT_EQ(a.attenuation.pixels, b.attenuation.pixels);
+  EXPECT_EQ(a.attenuation.values().pixels, b.attenuation.values().pixels);
   EXPECT_EQ(a.mask.pixels, b.mask.pixels);
 }
 
@@ -362,7 +399,7 @@ TEST(StraightenedPixels, LensAndDetectorAreOneInterpolation) {
     }
   }
   EXPECT_GT(moved, 1.0) << "the detector's distortion must be worth the test";
-  EXPECT_TRUE(allFinite(frame.attenuation));
+  EXPECT_TRUE(allFinite(frame.attenuation.values()));
 }
 
 /// What a detector with this distortion shows of a scene, as floats that are taken as they are.
@@ -465,8 +502,8 @@ TEST(StraightenedPixels, FollowTheMap) {
   EXPECT_EQ(makeXrayFrame(image, kMono16, calibration(), {}, &pixels, first).mask.at(30, 20), 0);
   const auto second = detectorMap();
   EXPECT_NE(makeXrayFrame(image, kMono16, calibration(), {}, &pixels, second).mask.at(30, 20), 0);
-  EXPECT_EQ(makeXrayFrame(image, kMono16, calibration(), {}, &pixels).attenuation.pixels,
-            makeXrayFrame(image, kMono16, calibration(), {}).attenuation.pixels);
+  EXPECT_EQ(makeXrayFrame(image, kMono16, calibration(), {}, &pixels).attenuation.values().pixels,
+            makeXrayFrame(image, kMono16, calibration(), {}).attenuation.values().pixels);
 }
 
 }  // namespace

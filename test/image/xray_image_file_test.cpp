@@ -25,10 +25,10 @@ cv::Mat ramp(int type) {
 }
 
 void expectRamp(const RawImage& raw) {
-  ASSERT_EQ(raw.pixels.width, 20);
-  ASSERT_EQ(raw.pixels.height, 12);
+  ASSERT_EQ(raw.pixels.width(), 20);
+  ASSERT_EQ(raw.pixels.height(), 12);
   for (int v = 0; v < 12; ++v) {
-    for (int u = 0; u < 20; ++u) ASSERT_EQ(raw.pixels.at(u, v), static_cast<float>(10 * v + u));
+    for (int u = 0; u < 20; ++u) ASSERT_EQ(floatsOf(raw.pixels).at(u, v), static_cast<float>(10 * v + u));
   }
 }
 
@@ -99,12 +99,12 @@ TEST(XrayImageFile, RealXrays) {
   if (data == nullptr) GTEST_SKIP() << "XRAY_REGISTRATION_DATA does not name the recorded X-rays";
   const std::string folder = std::string(data) + "/xray_dicom/";
   const RawImage raw = readXrayImage(folder + "siemens_arcadis_grid_centred.dcm");
-  EXPECT_EQ(raw.pixels.width, 1024);
-  EXPECT_EQ(raw.pixels.height, 1024);
+  EXPECT_EQ(raw.pixels.width(), 1024);
+  EXPECT_EQ(raw.pixels.height(), 1024);
   EXPECT_EQ(raw.saturation, 4095.0);
   EXPECT_NE(errorOf(folder + "ge_xa_IM1.dcm").find("14 frames"), std::string::npos);
   // Compressed files are unpacked.
-  EXPECT_EQ(readXrayImage(folder + "nema_xa1_jpeg2000.dcm").pixels.width, 1024);
+  EXPECT_EQ(readXrayImage(folder + "nema_xa1_jpeg2000.dcm").pixels.width(), 1024);
 }
 
 }  // namespace

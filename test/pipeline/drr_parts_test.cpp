@@ -83,8 +83,8 @@ TEST(DrrParts, ALargeViewIsShownSmaller) {
   view.T_view_first.translation() << 1.0, 2.0, 3.0;
   view.name = "ap";
   const ViewInput shown = forDisplay(view);
-  EXPECT_EQ(shown.xray->attenuation.width, 666);  // Three pixels to one.
-  EXPECT_EQ(shown.xray->attenuation.height, 500);
+  EXPECT_EQ(shown.xray->attenuation.width(), 666);  // Three pixels to one.
+  EXPECT_EQ(shown.xray->attenuation.height(), 500);
   EXPECT_EQ(shown.xray->camera.width, 666);
   EXPECT_EQ(shown.xray->attenuation.at(333, 250), 2.0F);
   EXPECT_EQ(shown.name, "ap");

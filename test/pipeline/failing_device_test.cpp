@@ -48,7 +48,7 @@ class FailingDevice : public testing::Test {
     RawView view;
     view.image = RawImage{FloatImage(camera.width, camera.height), 65535.0};
     for (std::size_t i = 0; i < lines.pixels.size(); ++i) {
-      view.image->pixels.pixels[i] = std::round(40000.0F * std::exp(-lines.pixels[i]));
+      view.image->pixels.floats.pixels[i] = std::round(40000.0F * std::exp(-lines.pixels[i]));
     }
     view.calibration.width = camera.width;
     view.calibration.height = camera.height;

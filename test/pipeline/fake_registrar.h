@@ -199,8 +199,8 @@ inline RawView someView(const std::string& name = "") {
   RawView raw;
   raw.name = name;
   raw.image = RawImage{FloatImage(32, 24), 65535.0};
-  for (std::size_t i = 0; i < raw.image->pixels.pixels.size(); ++i) {
-    raw.image->pixels.pixels[i] = 20000.0F + 100.0F * static_cast<float>(i % 97);
+  for (std::size_t i = 0; i < raw.image->pixels.floats.pixels.size(); ++i) {
+    raw.image->pixels.floats.pixels[i] = 20000.0F + 100.0F * static_cast<float>(i % 97);
   }
   raw.calibration.width = 32;
   raw.calibration.height = 24;

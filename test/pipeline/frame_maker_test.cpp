@@ -62,7 +62,7 @@ TEST_F(Maker, MakesTheSameFrameAsTheImageRoom) {
   EXPECT_TRUE(frame.problem.empty());
   EXPECT_EQ(frame.used, std::vector<std::string>{""});
   EXPECT_TRUE(frame.missing.empty());
-  EXPECT_EQ(frame.views[0]->xray->attenuation.pixels, expected.attenuation.pixels);
+  EXPECT_EQ(frame.views[0]->xray->attenuation.values().pixels, expected.attenuation.values().pixels);
   EXPECT_EQ(frame.views[0]->xray->mask.pixels, expected.mask.pixels);
   EXPECT_TRUE(frame.views[0]->xray->camera == expected.camera);
   EXPECT_EQ(frame.views[0]->T_view_first.translation().x(), 7.0);
@@ -72,10 +72,10 @@ TEST_F(Maker, MakesTheSameFrameAsTheImageRoom) {
 TEST_F(Maker, PixelsThatAreMovedInAreNotCopied) {
   FrameMaker maker(plain(), {""});
   std::vector<RawView> views = {someView()};
-  const float* pixels = views[0].image->pixels.pixels.data();
+  const float* pixels = views[0].image->pixels.floats.pixels.data();
   const FrameViews frame = maker.make(std::move(views));
   ASSERT_TRUE(frame.views.at(0));
-  EXPECT_EQ(frame.views[0]->xray->attenuation.pixels.data(), pixels);
+  EXPECT_EQ(frame.views[0]->xray->attenuation.plain()->pixels.data(), pixels);
 }
 
 TEST_F(Maker, SaysWhatIsWrongWithEachView) {
@@ -203,7 +203,8 @@ TEST_F(Maker, ViewsWithDifferentLensesKeepTheirOwn) {
     ASSERT_TRUE(frame.problem.empty()) << frame.problem;
     for (std::size_t i = 0; i < views.size(); ++i) {
       const XrayFrame expected = makeXrayFrame(views[i].image->pixels, 65535.0, views[i].calibration, {});
-      EXPECT_EQ(frame.views[i]->xray->attenuation.pixels, expected.attenuation.pixels) << "view " << i;
+      EXPECT_EQ(frame.views[i]->xray->attenuation.values().pixels, expected.attenuation.values().pixels)
+          << "view " << i;
     }
   }
 }
@@ -212,14 +213,14 @@ TEST_F(Maker, AnInvertedImageInFloatsHasItsOwnLargestValue) {
   ImageParameters options = plain();
   options.linearize.kind = ImageKind::kInverted;
   RawView raw = someView();
-  const FloatImage pixels = raw.image->pixels;
+  const FloatImage pixels = raw.image->pixels.floats;
   const double largest = *std::max_element(pixels.pixels.begin(), pixels.pixels.end());
   raw.image->saturation = static_cast<double>(std::numeric_limits<float>::max());
   FrameMaker maker(options, {""});
   const FrameViews frame = maker.make({raw});
   ASSERT_TRUE(frame.views.at(0)) << frame.problem;
-  EXPECT_EQ(frame.views[0]->xray->attenuation.pixels,
-            makeXrayFrame(pixels, largest, raw.calibration, options.linearize).attenuation.pixels);
+  EXPECT_EQ(frame.views[0]->xray->attenuation.values().pixels,
+            makeXrayFrame(pixels, largest, raw.calibration, options.linearize).attenuation.values().pixels);
 }
 
 }  // namespace

@@ -56,8 +56,8 @@ TEST_F(Pipeline, BadFramesAreRefusedWithTheReasonAndHarmNothing) {
   bad[1].calibration.width = 0;
   bad[2].calibration.width = 64;
   bad[3].image->pixels = FloatImage(32, 24, 100.0F);
-  bad[4].image->pixels.at(3, 3) = std::numeric_limits<float>::quiet_NaN();
-  bad[4].image->pixels.at(9, 9) = std::numeric_limits<float>::infinity();
+  bad[4].image->pixels.floats.at(3, 3) = std::numeric_limits<float>::quiet_NaN();
+  bad[4].image->pixels.floats.at(9, 9) = std::numeric_limits<float>::infinity();
   bad[5].image.reset();
   bad[5].problem = "image encoding 'rgb8' is not one of mono8";
   double stamp = 1.0;
@@ -292,10 +292,10 @@ TEST_F(Pipeline, ImagesAreNotCopiedOnTheirWayToTheSolverAndTheOverlay) {
   pipeline.setCt(whiteCube(16));
   pipeline.setPose(somePose());
   std::vector<RawView> views = {someView()};
-  const float* pixels = views[0].image->pixels.pixels.data();
+  const float* pixels = views[0].image->pixels.floats.pixels.data();
   const FrameOutcome outcome = pipeline.process(1.0, std::move(views));
   ASSERT_TRUE(outcome.views.at(0));
-  EXPECT_EQ(outcome.views[0]->xray->attenuation.pixels.data(), pixels);
+  EXPECT_EQ(outcome.views[0]->xray->attenuation.plain()->pixels.data(), pixels);
   EXPECT_EQ(script_.last_views.at(0).xray, outcome.views[0]->xray);
 }
 

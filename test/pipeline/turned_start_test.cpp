@@ -81,7 +81,7 @@ TEST(TurnedStart, SaysNothingOfAnotherCt) {
   frame.camera = kCamera;
   frame.attenuation = FloatImage(kCamera.width, kCamera.height);
   for (int i = 0; i < kCamera.width * kCamera.height; ++i) {
-    frame.attenuation.pixels[static_cast<std::size_t>(i)] =
+    frame.attenuation.floats().pixels[static_cast<std::size_t>(i)] =
         static_cast<float>((i / 7) % 5 + (i / kCamera.width / 9) % 3);
   }
   frame.mask = MaskImage(kCamera.width, kCamera.height, 255);

@@ -17,7 +17,7 @@ ViewInput view(const std::string& name, float offset) {
   frame.camera = {4, 4, 100.0, 100.0, 1.2, 1.7};
   frame.attenuation = FloatImage(4, 4);
   frame.mask = MaskImage(4, 4, 1);
-  for (std::size_t i = 0; i < 16; ++i) frame.attenuation.pixels[i] = offset + static_cast<float>(i + 1);
+  for (std::size_t i = 0; i < 16; ++i) frame.attenuation.floats().pixels[i] = offset + static_cast<float>(i + 1);
   frame.mask.at(1, 0) = 0;
   ViewInput input{std::move(frame)};
   input.name = name;
@@ -50,12 +50,12 @@ PutRight putRight(const std::string& words, const std::vector<ViewInput>& views)
   return hypotheses.putRight(indexOf(hypotheses, words), views, start(), start(), kCentreCt);
 }
 
-const FloatImage& imageOf(const PutRight& right, std::size_t view) { return right.views[view].xray->attenuation; }
+FloatImage imageOf(const PutRight& right, std::size_t view) { return right.views[view].xray->attenuation.values(); }
 
 TEST(DiscreteHypotheses, AMirroredImageIsMirroredBackAndItsCameraStays) {
   const std::vector<ViewInput> views = twoViews();
   const PutRight right = putRight("the X-ray of the view 'oblique' looks mirrored left to right", views);
-  EXPECT_EQ(imageOf(right, 0).pixels, views[0].xray->attenuation.pixels);
+  EXPECT_EQ(imageOf(right, 0).pixels, views[0].xray->attenuation.values().pixels);
   EXPECT_EQ(imageOf(right, 1).at(0, 2), views[1].xray->attenuation.at(3, 2));
   EXPECT_EQ(right.views[1].xray->mask.at(2, 0), 0);
   EXPECT_EQ(right.views[1].xray->camera, views[1].xray->camera);
@@ -83,14 +83,14 @@ TEST(DiscreteHypotheses, AnInvertedImageIsInverted) {
   const std::vector<ViewInput> views = twoViews();
   const PutRight right = putRight("the X-ray of the view 'ap' looks inverted", views);
   EXPECT_EQ(imageOf(right, 0).at(2, 1), -views[0].xray->attenuation.at(2, 1));
-  EXPECT_EQ(imageOf(right, 1).pixels, views[1].xray->attenuation.pixels);
+  EXPECT_EQ(imageOf(right, 1).pixels, views[1].xray->attenuation.values().pixels);
 }
 
 TEST(DiscreteHypotheses, ExchangedViewsKeepTheirPoses) {
   const std::vector<ViewInput> views = twoViews();
   const PutRight right = putRight("the views 'ap' and 'oblique' look exchanged", views);
-  EXPECT_EQ(imageOf(right, 0).pixels, views[1].xray->attenuation.pixels);
-  EXPECT_EQ(imageOf(right, 1).pixels, views[0].xray->attenuation.pixels);
+  EXPECT_EQ(imageOf(right, 0).pixels, views[1].xray->attenuation.values().pixels);
+  EXPECT_EQ(imageOf(right, 1).pixels, views[0].xray->attenuation.values().pixels);
   EXPECT_TRUE(right.views[1].T_view_first.isApprox(views[1].T_view_first));
 }
 

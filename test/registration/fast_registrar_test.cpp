@@ -220,7 +220,7 @@ TEST_F(FastRegistrarTest, CovarianceIsACovariance) {
 }
 
 TEST_F(FastRegistrarTest, GainAndOffsetDoNotMatter) {
-  FloatImage changed = view_->attenuation;
+  FloatImage changed = view_->attenuation.values();
   for (float& pixel : changed.pixels) pixel = 0.45F * pixel + 1.7F;
   const RegistrationResult plain = registrar_->registerFrame({*view_}, coldStart(), false);
   const RegistrationResult result = registrar_->registerFrame({viewOf(changed)}, coldStart(), false);
@@ -234,7 +234,7 @@ TEST_F(FastRegistrarTest, GainAndOffsetDoNotMatter) {
 
 TEST_F(FastRegistrarTest, GammaDoesNotMatter) {
   // Display images: grey values bent by a gamma.
-  FloatImage bent = view_->attenuation;
+  FloatImage bent = view_->attenuation.values();
   for (float& pixel : bent.pixels) pixel = 3.0F * std::pow(std::max(pixel, 0.0F) / 5.0F, 0.6F);
   // The outline's slopes are bent as well, and depth is read from them.
   expectFound(registrar_->registerFrame({viewOf(bent)}, coldStart(), false), 2.0 * kInPlaneMm, 3.0 * kOneViewMm);
@@ -264,11 +264,11 @@ TEST_F(FastRegistrarTest, AnOccludingRodDoesNotMatter) {
 TEST_F(FastRegistrarTest, MaskedPixelsHaveNoSay) {
   XrayFrame view = *view_;
   view.mask = MaskImage(128, 128, 255);
-  FloatImage other = view.attenuation;
+  FloatImage other = view.attenuation.values();
   for (int v = 30; v < 75; ++v) {
     for (int u = 60; u < 100; ++u) {
       view.mask.at(u, v) = 0;
-      view.attenuation.at(u, v) = 9.0F;
+      view.attenuation.floats().at(u, v) = 9.0F;
       other.at(u, v) = u % 7 == 0 ? -5.0F : 2.0F;
     }
   }
@@ -286,7 +286,7 @@ TEST_F(FastRegistrarTest, GainOffsetSimilarityFindsItToo) {
   RegistrarOptions options;
   options.similarity = Similarity::kGainOffset;
   ASSERT_TRUE(registrar_->setOptions(options));
-  FloatImage changed = view_->attenuation;
+  FloatImage changed = view_->attenuation.values();
   for (float& pixel : changed.pixels) pixel = 0.7F * pixel - 0.4F;
   expectFound(registrar_->registerFrame({viewOf(changed)}, coldStart(), false), kInPlaneMm, kOneViewMm);
 }
@@ -295,7 +295,7 @@ TEST_F(FastRegistrarTest, GradientCorrelationFindsAndTracksItToo) {
   RegistrarOptions options;
   options.similarity = Similarity::kGradientCorrelation;
   ASSERT_TRUE(registrar_->setOptions(options));
-  FloatImage changed = view_->attenuation;
+  FloatImage changed = view_->attenuation.values();
   for (float& pixel : changed.pixels) pixel = 0.7F * pixel - 0.4F;
   expectFound(registrar_->registerFrame({viewOf(changed)}, coldStart(), false), kInPlaneMm, kOneViewMm);
   expectFound(registrar_->registerFrame({viewOf(changed)}, nearStart(), true), kInPlaneMm, kOneViewMm);
@@ -364,7 +364,7 @@ TEST_F(FastRegistrarTest, AnotherObjectIsRefused) {
 }
 
 TEST_F(FastRegistrarTest, TheSameHeadUpsideDownIsRefused) {
-  FloatImage turned = view_->attenuation;
+  FloatImage turned = view_->attenuation.values();
   std::reverse(turned.pixels.begin(), turned.pixels.end());
   expectRefused(registrar_->registerFrame({viewOf(turned)}, coldStart(), false), "");
 }
@@ -387,18 +387,18 @@ TEST_F(FastRegistrarTest, AnEmptyImageIsRefused) {
 
 TEST_F(FastRegistrarTest, ExtremeValuesGiveNoNan) {
   for (const float scale : {1e-20F, 1e15F, 1e30F}) {
-    FloatImage scaled = view_->attenuation;
+    FloatImage scaled = view_->attenuation.values();
     for (float& pixel : scaled.pixels) pixel *= scale;
     expectFinite(registrar_->registerFrame({viewOf(scaled)}, coldStart(), false));
   }
-  FloatImage spike = view_->attenuation;
+  FloatImage spike = view_->attenuation.values();
   spike.at(64, 64) = std::numeric_limits<float>::max();
   expectFinite(registrar_->registerFrame({viewOf(spike)}, coldStart(), false));
 }
 
 TEST_F(FastRegistrarTest, WrongInputIsRefusedWithAReason) {
   XrayFrame view = *view_;
-  view.attenuation.pixels[777] = std::nanf("");
+  view.attenuation.floats().pixels[777] = std::nanf("");
   expectRefused(registrar_->registerFrame({view}, coldStart(), false), "not finite");
   view = *view_;
   view.camera.width = 127;
@@ -412,7 +412,7 @@ TEST_F(FastRegistrarTest, WrongInputIsRefusedWithAReason) {
   expectRefused(registrar_->registerFrame({}, coldStart(), false), "view");
   // The second of two views is looked at as well.
   view = *view_;
-  view.attenuation.pixels[5] = std::numeric_limits<float>::infinity();
+  view.attenuation.floats().pixels[5] = std::numeric_limits<float>::infinity();
   expectRefused(registrar_->registerFrame({*view_, view}, coldStart(), false), "not finite");
 }
 
@@ -579,7 +579,7 @@ TEST_F(FastRegistrarTest, WithoutWhatAColdStartFoundTheNextFrameIsOne) {
 
 TEST_F(FastRegistrarTest, TuningThatIsChangedLiveCountsFromTheNextFrame) {
   // A third of the image is covered by something that the CT does not have: robust weights matter.
-  FloatImage covered = view_->attenuation;
+  FloatImage covered = view_->attenuation.values();
   for (int v = 0; v < 128; ++v) {
     for (int u = 0; u < 40; ++u) covered.at(u, v) += 1.5F * std::sin(0.5F * static_cast<float>(u + v));
   }

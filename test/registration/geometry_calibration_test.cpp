@@ -110,7 +110,7 @@ class GeometryCalibrationTest : public testing::Test {
         const Eigen::Vector2d raw = true_camera.rayDirection(raw_px.x(), raw_px.y()).head<2>();
         Eigen::Vector2d ray = raw;
         for (int i = 0; i < 20; ++i) ray = raw / (1.0 + true_radial * ray.squaredNorm());
-        xray.attenuation.at(u, v) = interpolated(fine, halved(true_camera).project(ray.homogeneous()));
+        xray.attenuation.floats().at(u, v) = interpolated(fine, halved(true_camera).project(ray.homogeneous()));
       }
     }
     return xray;

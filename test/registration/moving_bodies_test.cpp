@@ -93,7 +93,7 @@ class MovingBodiesTest : public testing::Test {
       frame.attenuation = referenceProjection(rest_, T_view_first * truth_, kCamera);
       for (const auto& [body, T_ct_body] : {std::pair(&upper_, T_ct_upper), std::pair(&lower_, T_ct_lower)}) {
         const FloatImage part = referenceProjection(*body, T_view_first * truth_ * T_ct_body, kCamera);
-        for (std::size_t i = 0; i < part.pixels.size(); ++i) frame.attenuation.pixels[i] += part.pixels[i];
+        for (std::size_t i = 0; i < part.pixels.size(); ++i) frame.attenuation.floats().pixels[i] += part.pixels[i];
       }
       inputs.emplace_back(std::make_shared<const XrayFrame>(std::move(frame)), T_view_first);
     }
@@ -180,7 +180,7 @@ TEST_F(MovingBodiesTest, WhatOneOfTwoViewsDoesNotShowIsRefused) {
   auto inputs = views(RigidTransform::Identity(), RigidTransform::Identity());
   XrayFrame without = *inputs[1].xray;
   const FloatImage part = referenceProjection(upper_, T_view_first_ * truth_, kCamera);
-  for (std::size_t i = 0; i < part.pixels.size(); ++i) without.attenuation.pixels[i] -= part.pixels[i];
+  for (std::size_t i = 0; i < part.pixels.size(); ++i) without.attenuation.floats().pixels[i] -= part.pixels[i];
   inputs[1].xray = std::make_shared<const XrayFrame>(std::move(without));
   RegistrationResult rest = registrar_->registerFrame(inputs, truth_, false);
   ASSERT_TRUE(rest.accepted) << rest.reason;

@@ -129,7 +129,7 @@ TEST_F(SelfCheckTest, AMirroredImageIsNamed) {
   XrayFrame mirrored = frames_[1];
   for (int v = 0; v < kCamera.height; ++v) {
     for (int u = 0; u < kCamera.width; ++u) {
-      mirrored.attenuation.at(u, v) = frames_[1].attenuation.at(kCamera.width - 1 - u, v);
+      mirrored.attenuation.floats().at(u, v) = frames_[1].attenuation.floats().at(kCamera.width - 1 - u, v);
     }
   }
   inputs[1].xray = std::make_shared<const XrayFrame>(mirrored);

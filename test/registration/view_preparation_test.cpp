@@ -14,7 +14,7 @@ XrayFrame numbered(const XrayCamera& camera) {
   view.camera = camera;
   view.attenuation = FloatImage(camera.width, camera.height);
   for (int v = 0; v < camera.height; ++v) {
-    for (int u = 0; u < camera.width; ++u) view.attenuation.at(u, v) = static_cast<float>(1000 * v + u);
+    for (int u = 0; u < camera.width; ++u) view.attenuation.floats().at(u, v) = static_cast<float>(1000 * v + u);
   }
   return view;
 }
@@ -46,7 +46,7 @@ TEST(ViewPreparationTest, SmallImagesPassUnchanged) {
   const XrayFrame view = numbered({60, 50, 200, 210, 29, 26});
   const PreparedView prepared = prepareView(view, sphere({0, 0, 800}, 200.0), 1);
   EXPECT_TRUE(prepared.camera == view.camera);
-  EXPECT_EQ(prepared.attenuation.pixels, view.attenuation.pixels);
+  EXPECT_EQ(prepared.attenuation.pixels, view.attenuation.values().pixels);
   EXPECT_EQ(prepared.weight.pixels, std::vector<float>(3000, 1.0F));
 }
 
@@ -128,7 +128,7 @@ TEST(ViewPreparationTest, CropsThatGainNothingAreNotMade) {
   const auto unchanged = [&](const Eigen::Vector3d& centre, double radius) {
     const PreparedView prepared = prepareView(view, sphere(centre, radius), 1);
     EXPECT_TRUE(prepared.camera == view.camera) << centre.transpose() << " radius " << radius;
-    EXPECT_EQ(prepared.attenuation.pixels, view.attenuation.pixels);
+    EXPECT_EQ(prepared.attenuation.pixels, view.attenuation.values().pixels);
   };
   unchanged({0, 0, 500}, 140.0);   // Most of the image.
   unchanged({0, 0, 800}, 10.0);    // Too few pixels for the solver's levels.
@@ -200,7 +200,7 @@ TEST(ViewPreparationTest, BinningLeavesATile) {
     EXPECT_GE(prepared.camera.height, 8);
   }
   const XrayFrame tiny = numbered({5, 3, 900, 880, 2, 1});
-  EXPECT_EQ(prepareView(tiny, sphere({0, 0, 700}, 1e4), 4).attenuation.pixels, tiny.attenuation.pixels);
+  EXPECT_EQ(prepareView(tiny, sphere({0, 0, 700}, 1e4), 4).attenuation.pixels, tiny.attenuation.values().pixels);
 }
 
 TEST(ViewPreparationTest, ValuesWithoutWeightAreHidden) {
@@ -208,9 +208,9 @@ TEST(ViewPreparationTest, ValuesWithoutWeightAreHidden) {
   view.camera = {64, 64, 500, 500, 31.5, 31.5};
   view.attenuation = FloatImage(64, 64, 1.0F);
   view.mask = MaskImage(64, 64, 255);
-  view.attenuation.at(0, 0) = 1e30F;
+  view.attenuation.floats().at(0, 0) = 1e30F;
   view.mask.at(0, 0) = 0;
-  view.attenuation.at(9, 9) = 3.0F;
+  view.attenuation.floats().at(9, 9) = 3.0F;
   const PreparedView prepared = prepareView(view, sphere({0, 0, 700}, 1e4), 1);
   EXPECT_EQ(prepared.weight.at(0, 0), 0.0F);
   EXPECT_NEAR(prepared.attenuation.at(0, 0), 1.0 + 2.0 / 4095.0, 1e-6);
@@ -225,7 +225,7 @@ TEST(ViewPreparationTest, MaskedPixelsLeaveNoTraceInBins) {
   view.attenuation = FloatImage(200, 200, 1.0F);
   view.mask = MaskImage(200, 200, 255);
   for (int i = 0; i < 200; ++i) {
-    view.attenuation.at(i, 77) = 40.0F;  // A wire.
+    view.attenuation.floats().at(i, 77) = 40.0F;  // A wire.
     view.mask.at(i, 77) = 0;
   }
   const PreparedView prepared = prepareView(view, sphere({0, 0, 700}, 1e4), 2);

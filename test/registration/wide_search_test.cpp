@@ -135,7 +135,7 @@ TEST_F(WideSearchTest, AResultHasToStandAboveTheOtherPlaces) {
 TEST_F(WideSearchTest, AnXrayOfNothingIsNotAccepted) {
   XrayFrame noise = *views_.front().xray;
   std::uint32_t state = 1;
-  for (float& pixel : noise.attenuation.pixels) {
+  for (float& pixel : noise.attenuation.floats().pixels) {
     state = state * 1664525U + 1013904223U;
     pixel = static_cast<float>(state >> 8U) / static_cast<float>(1U << 24U);
   }
@@ -151,7 +151,8 @@ TEST_F(WideSearchTest, AnXrayOfNothingIsNotAccepted) {
 TEST_F(WideSearchTest, AMirroredXrayIsNotAcceptedFromTheOtherSide) {
   XrayFrame mirrored = *views_.front().xray;
   for (int v = 0; v < mirrored.camera.height; ++v) {
-    const auto row = mirrored.attenuation.pixels.begin() + static_cast<std::ptrdiff_t>(v) * mirrored.camera.width;
+    const auto row =
+        mirrored.attenuation.floats().pixels.begin() + static_cast<std::ptrdiff_t>(v) * mirrored.camera.width;
     std::reverse(row, row + mirrored.camera.width);
   }
   const std::vector<ViewInput> views = {ViewInput(mirrored)};

@@ -37,11 +37,12 @@ void expectRead(const std::string& encoding, const std::vector<T>& values, doubl
   for (const bool big_endian : {false, true}) {
     for (const std::size_t padding : {0U, 1U, 13U}) {
       const RawImage raw = rawImage(message(encoding, 3, 2, values, big_endian, padding));
-      ASSERT_EQ(raw.pixels.width, 3);
-      ASSERT_EQ(raw.pixels.height, 2);
+      ASSERT_EQ(raw.pixels.width(), 3);
+      ASSERT_EQ(raw.pixels.height(), 2);
       EXPECT_EQ(raw.saturation, saturation);
       for (std::size_t i = 0; i < values.size(); ++i) {
-        EXPECT_EQ(raw.pixels.pixels[i], static_cast<float>(values[i])) << encoding << " big endian " << big_endian;
+        EXPECT_EQ(floatsOf(raw.pixels).pixels[i], static_cast<float>(values[i]))
+            << encoding << " big endian " << big_endian;
       }
     }
   }
@@ -185,7 +186,7 @@ TEST(ImageMessages, KeepValues) {
   FloatImage image(2, 1);
   image.pixels = {1.0F, 3.0F};
   const sensor_msgs::Image floats = toFloatMessage(image);
-  EXPECT_EQ(rawImage(floats).pixels.pixels, image.pixels);
+  EXPECT_EQ(rawImage(floats).pixels.floats.pixels, image.pixels);
   const sensor_msgs::Image grey = toDisplayMessage(image);
   EXPECT_EQ(grey.encoding, "mono8");
   EXPECT_EQ(grey.data, (std::vector<std::uint8_t>{0, 255}));

@@ -364,7 +364,7 @@ TEST_F(Node, TakesBigEndianAndPaddedRowsAndFloats) {
   probe_->publish(padded, scene_->info(padded.header));
   expectAccepted(padded.header.stamp, scene_->pose(6));
 
-  sensor_msgs::Image floats = toFloatMessage(rawImage(swapped).pixels);
+  sensor_msgs::Image floats = toFloatMessage(floatsOf(rawImage(swapped).pixels));
   floats.header = swapped.header;
   floats.header.stamp = nextStamp();
   probe_->publish(floats, scene_->info(floats.header));

@@ -25,7 +25,16 @@ struct Image {
 };
 
 using FloatImage = Image<float>;
+using CountImage = Image<std::uint16_t>;
 /// 0 = leave the pixel out; anything else = use it.
 using MaskImage = Image<std::uint8_t>;
+
+/// Part of an image, pixels.
+struct PixelWindow {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
 
 }  // namespace xray_registration

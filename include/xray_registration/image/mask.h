@@ -20,16 +20,16 @@ struct MaskOptions {
 /// its picture in one value, be that brighter than the beam (a black surround of a video whose bones are white, a white
 /// one in transmission), around a disc or outside of a large convex field; and thin frames along the image's borders,
 /// dark or drawn in one value. A limb or a dense body that reaches the border is no collimator, nor is air a surround.
-MaskImage fieldMask(const FloatImage& attenuation);
+MaskImage fieldMask(const AttenuationImage& attenuation);
 
 /// Pixels that are not metal: strong local excess of attenuation with an outline as sharp as the detector (rods,
 /// screws, balls, letters of lead up to about a tenth of the image thick), and beads; with a rim for their blur. An
 /// empty field means all pixels.
-MaskImage metalMask(const FloatImage& attenuation, const MaskImage& field);
+MaskImage metalMask(const AttenuationImage& attenuation, const MaskImage& field);
 
 /// Pixels that are not burned-in letters: thin strokes of exactly the least or largest value on flat ground. Works on
 /// raw values and on attenuation. An empty field means all pixels.
-MaskImage letterMask(const FloatImage& raw, const MaskImage& field);
+MaskImage letterMask(const AttenuationImage& raw, const MaskImage& field);
 
 /// Applies all that `options` names to frame->mask, and `user` (same size; may be empty) on top.
 /// @throws FrameError when `user` has another size than the frame.

@@ -7,7 +7,8 @@
 
 #include "xray_registration/common/escaped.h"
 #include "xray_registration/geometry/xray_camera.h"
-#include "xray_registration/image/image.h"
+#include "xray_registration/image/attenuation_image.h"
+#include "xray_registration/image/raw_image.h"
 #include "xray_registration/image/undistortion_map.h"
 
 namespace xray_registration {
@@ -52,9 +53,9 @@ struct LinearizeOptions {
 
 /// One X-ray, ready to be registered.
 struct XrayFrame {
-  XrayCamera camera;       ///< Undistorted.
-  FloatImage attenuation;  ///< −log(I / I0) up to gain and offset: grows with what is in the way. Always finite.
-  MaskImage mask;          ///< What may be used: inside collimator and undistorted field, no letters, no metal.
+  XrayCamera camera;             ///< Undistorted.
+  AttenuationImage attenuation;  ///< −log(I / I0) up to gain and offset: grows with what is in the way. Always finite.
+  MaskImage mask;                ///< What may be used: inside collimator and undistorted field, no letters, no metal.
 };
 
 /// Where the pixels of straightened images come from, kept from frame to frame by whoever makes the frames: one object
@@ -79,13 +80,14 @@ XrayCamera cameraFromCalibration(const Calibration& calibration, int image_width
 /// at. @param saturation_value  ≤ 0 or infinite when unknown.
 double estimateOpenField(const FloatImage& transmission, double saturation_value);
 
-/// Raw pixel values (any integer range, as float) → attenuation, undistorted; mask starts as "the field seen".
+/// Raw pixel values (any integer range) → attenuation, undistorted; mask starts as "the field seen". Counts stay counts
+/// where nothing is distorted: what each is worth is worked out once.
 ///
 /// Intensities are floored at half a count or 1e-5 of the open field, whichever is more, so that dead and blocked
 /// pixels stay finite. Saturated pixels stay in the mask: they say that (nearly) nothing was in the way. Integer images
 /// of kind kAttenuation are scaled so that full scale is 8, near what a true −log of 12 bits has; full scale is the
 /// smallest 2ⁿ − 1 that holds the image, as 12-bit detectors fill 16-bit images.
-/// @param raw  Moved in, its pixels become the attenuation in place.
+/// @param raw  Moved in, its floats become the attenuation in place.
 /// @param saturation_value  Largest value of the encoding (255, 65535); ≤ 0 or infinite when there is none (floats).
 /// The detector's own distortion (`map`, of the whole sensor) comes after the lens in the way of the light: the
 /// calibration's D describes images that `map` has straightened. Both are undone with one interpolation.
@@ -93,7 +95,7 @@ double estimateOpenField(const FloatImage& transmission, double saturation_value
 /// @param map  Null for a detector without distortion of its own.
 /// @throws FrameError when the calibration or the image (constant, not finite) cannot be used, or `map` is of a sensor
 /// of another size.
-XrayFrame makeXrayFrame(FloatImage raw, double saturation_value, const Calibration& calibration,
+XrayFrame makeXrayFrame(RawPixels raw, double saturation_value, const Calibration& calibration,
                         const LinearizeOptions& options, StraightenedPixels* pixels = nullptr,
                         const std::shared_ptr<const UndistortionMap>& map = nullptr);
 

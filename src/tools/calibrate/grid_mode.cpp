@@ -90,16 +90,16 @@ nlohmann::json report(const GridCalibration& found, const GridArguments& argumen
 }  // namespace
 
 void calibrateFromGrid(const GridArguments& arguments) {
-  const RawImage picture = readXrayImage(arguments.image);
-  CalibrationGrid grid = gridIn(picture.pixels, arguments.image);
+  const FloatImage picture = floatsOf(readXrayImage(arguments.image).pixels);
+  CalibrationGrid grid = gridIn(picture, arguments.image);
   UndistortionFit fit;
-  UndistortionMap map = UndistortionMap::fitted(picture.pixels.width, picture.pixels.height, pairsOf(grid), &fit);
+  UndistortionMap map = UndistortionMap::fitted(picture.width, picture.height, pairsOf(grid), &fit);
   const GridCalibration found{std::move(grid), std::move(map), std::move(fit)};
   const fs::path folder = makeFolder(arguments.output);
   const std::string map_file = (folder / "undistortion_map.yaml").string();
   const std::string picture_file = (folder / "grid.png").string();
   found.map.write(map_file);
-  drawGrid(picture_file, picture.pixels, found);
+  drawGrid(picture_file, picture, found);
   if (!arguments.json.empty()) writeJson(arguments.json, report(found, arguments));
   print(found, arguments);
   std::printf("written: %s (for the parameter image/undistortion_map), %s\n", map_file.c_str(), picture_file.c_str());

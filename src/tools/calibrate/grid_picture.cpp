@@ -86,7 +86,7 @@ void drawGrid(const std::string& path, const FloatImage& picture, const GridCali
   const XrayFrame straight = straightened(picture, found.map);
   cv::Mat both;
   cv::hconcat(panel("before", picture, {}, before, found.fit.before),
-              panel("after", straight.attenuation, straight.mask, after, found.fit.after), both);
+              panel("after", straight.attenuation.values(), straight.mask, after, found.fit.after), both);
   writePng(path, both);
 }
 

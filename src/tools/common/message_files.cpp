@@ -13,7 +13,7 @@ namespace xray_registration::tools {
 
 void writePng(const std::string& path, const sensor_msgs::Image& message) {
   if (message.encoding != sensor_msgs::image_encodings::RGB8) {
-    writeGreyPng(path, rawImage(message).pixels);
+    writeGreyPng(path, floatsOf(rawImage(message).pixels));
     return;
   }
   // OpenCV's type for pixels in memory has no read-only form.

@@ -20,7 +20,7 @@ void straighten(const std::shared_ptr<const UndistortionMap>& map) {
   calibration.k = {500.0, 0.0, 10.0, 0.0, 500.0, 10.0, 0.0, 0.0, 1.0};
   try {
     const XrayFrame frame = makeXrayFrame(std::move(image), 255.0, calibration, {}, nullptr, map);
-    for (const float value : frame.attenuation.pixels) require(std::isfinite(value), "attenuation is finite");
+    for (const float value : frame.attenuation.values().pixels) require(std::isfinite(value), "attenuation is finite");
   } catch (const FrameError& error) {
     requireWords(error.what());
   }

@@ -56,11 +56,11 @@ std::optional<Message> deserialised(std::string bytes) {
 }
 
 void checkFrame(const XrayFrame& frame) {
-  require(frame.camera.width == frame.attenuation.width && frame.camera.height == frame.attenuation.height,
+  require(frame.camera.width == frame.attenuation.width() && frame.camera.height == frame.attenuation.height(),
           "the camera has the image's size");
-  require(frame.mask.pixels.size() == frame.attenuation.pixels.size(), "the mask has the image's size");
+  require(frame.mask.pixels.size() == frame.attenuation.values().pixels.size(), "the mask has the image's size");
   require(frame.camera.fx > 0.0 && frame.camera.fy > 0.0, "focal lengths are positive");
-  for (const float value : frame.attenuation.pixels) require(std::isfinite(value), "attenuation is finite");
+  for (const float value : frame.attenuation.values().pixels) require(std::isfinite(value), "attenuation is finite");
 }
 
 }  // namespace

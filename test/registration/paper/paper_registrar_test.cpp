@@ -26,7 +26,7 @@ class PaperRegistrarTest : public testing::Test {
     // Gain, offset, and a veil that no DRR has.
     for (int v = 0; v < 128; ++v) {
       for (int u = 0; u < 128; ++u) {
-        float& pixel = view_->attenuation.at(u, v);
+        float& pixel = view_->attenuation.floats().at(u, v);
         pixel = 0.8F * pixel + 0.3F + 0.003F * static_cast<float>(u + v);
       }
     }
@@ -92,7 +92,7 @@ TEST_F(PaperRegistrarTest, MaskedPixelsHaveNoSay) {
   view.mask = MaskImage(128, 128, 255);
   for (int v = 20; v < 60; ++v) {
     for (int u = 70; u < 90; ++u) {
-      view.attenuation.at(u, v) = 9.0F;  // Metal.
+      view.attenuation.floats().at(u, v) = 9.0F;  // Metal.
       view.mask.at(u, v) = 0;
     }
   }
@@ -109,7 +109,7 @@ TEST_F(PaperRegistrarTest, MaskedPixelsHaveNoSay) {
 
 TEST_F(PaperRegistrarTest, AnotherPictureIsRefused) {
   XrayFrame view = *view_;
-  std::reverse(view.attenuation.pixels.begin(), view.attenuation.pixels.end());
+  std::reverse(view.attenuation.floats().pixels.begin(), view.attenuation.floats().pixels.end());
   const RegistrationResult result = registrar_->registerFrame({view}, disturbed(), false);
   EXPECT_FALSE(result.accepted);
   EXPECT_FALSE(result.reason.empty());
@@ -124,7 +124,7 @@ TEST_F(PaperRegistrarTest, WhatCannotBeRegisteredIsRefusedWithAReason) {
   refused(registrar_->registerFrame({*view_, *view_}, truth_, false), "one view");
   refused(registrar_->registerFrame({}, truth_, false), "one view");
   XrayFrame view = *view_;
-  view.attenuation.pixels[5] = std::nanf("");
+  view.attenuation.floats().pixels[5] = std::nanf("");
   refused(registrar_->registerFrame({view}, truth_, false), "finite");
   view = *view_;
   view.camera.width = 127;

@@ -50,7 +50,7 @@ double quantileOfLengths(const std::vector<Arrow>& arrows, double share) {
 }
 
 cv::Mat panel(const ViewInput& xray, const std::string& title, const std::vector<Arrow>& arrows, double factor) {
-  ArrowPanel drawn(xray.xray->attenuation);
+  ArrowPanel drawn(xray.xray->attenuation.values());
   for (const Arrow& arrow : arrows) drawn.drawArrow(arrow.at, arrow.motion, factor);
   std::array<char, 200> text{};
   std::snprintf(text.data(), text.size(), "%s: median %.3f px, 95 %% below %.3f px; arrows x %g", title.c_str(),
