@@ -64,7 +64,8 @@ std::string fastSource() {
 
 std::string fastOptions(const MarchShape& shape) {
   return "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DLANES=" + std::to_string(shape.lanes) +
-         " -DSPLIT=" + std::to_string(shape.split) + layout::layoutOptions();
+         " -DSPLIT=" + std::to_string(shape.split) + " -DVOXELS_16=" + (shape.voxels_16 ? "1" : "0") +
+         layout::layoutOptions();
 }
 
 }  // namespace xray_registration

@@ -41,27 +41,57 @@ Box tissueBox(const AttenuationVolume& volume) {
   return {low, high - low + Eigen::Vector3i::Ones()};
 }
 
-/// Writes the packed words of the padded box.
-void packWords(const AttenuationVolume& volume, const Box& box, const Eigen::Vector3i& padded, cl_uint* words) {
-  const Eigen::Vector3i n = volume.grid.size;
-  const auto voxel_row = [&](int y, int z) -> const std::uint16_t* {
+Eigen::Vector3i paddedSize(const Box& box) { return box.size + Eigen::Vector3i::Constant(2 * kPadding); }
+
+std::size_t wordCount(const Eigen::Vector3i& padded) {
+  return static_cast<std::size_t>(padded.x()) * static_cast<std::size_t>(padded.y()) *
+         static_cast<std::size_t>(padded.z());
+}
+
+/// The rows of a padded box.
+class PaddedRows {
+ public:
+  PaddedRows(const AttenuationVolume& volume, const Box& box) : volume_(volume), box_(box) {}
+
+  /// The voxels behind the padding at its beginning, as many as the box has along x; null in the padding.
+  const std::uint16_t* at(int y, int z) const {
     const int vy = y - kPadding;
     const int vz = z - kPadding;
-    if (vy < 0 || vy >= box.size.y() || vz < 0 || vz >= box.size.z()) return nullptr;
-    const std::size_t row = static_cast<std::size_t>(vz + box.low.z()) * static_cast<std::size_t>(n.y()) +
-                            static_cast<std::size_t>(vy + box.low.y());
-    return volume.values.data() + row * static_cast<std::size_t>(n.x()) + box.low.x();
-  };
+    if (vy < 0 || vy >= box_.size.y() || vz < 0 || vz >= box_.size.z()) return nullptr;
+    const Eigen::Vector3i n = volume_.grid.size;
+    const std::size_t row = static_cast<std::size_t>(vz + box_.low.z()) * static_cast<std::size_t>(n.y()) +
+                            static_cast<std::size_t>(vy + box_.low.y());
+    return volume_.values.data() + row * static_cast<std::size_t>(n.x()) + box_.low.x();
+  }
+  int length() const { return box_.size.x(); }
+
+ private:
+  const AttenuationVolume& volume_;
+  const Box& box_;
+};
+
+/// Writes each voxel's word: itself and its neighbour in z.
+void packWords(const PaddedRows& rows, const Eigen::Vector3i& padded, cl_uint* words) {
   for (int z = 0; z < padded.z(); ++z) {
     for (int y = 0; y < padded.y(); ++y, words += padded.x()) {
       std::fill(words, words + padded.x(), 0U);
-      const std::uint16_t* near = voxel_row(y, z);
-      const std::uint16_t* far = voxel_row(y, z + 1);
-      for (int x = 0; x < box.size.x() && (near != nullptr || far != nullptr); ++x) {
+      const std::uint16_t* near = rows.at(y, z);
+      const std::uint16_t* far = rows.at(y, z + 1);
+      for (int x = 0; x < rows.length() && (near != nullptr || far != nullptr); ++x) {
         const cl_uint low = near != nullptr ? near[x] : 0U;
         const cl_uint high = far != nullptr ? far[x] : 0U;
         words[x + kPadding] = low | (high << 16U);
       }
+    }
+  }
+}
+
+/// Writes the voxels alone.
+void packVoxels(const PaddedRows& rows, const Eigen::Vector3i& padded, cl_ushort* voxels) {
+  for (int z = 0; z < padded.z(); ++z) {
+    for (int y = 0; y < padded.y(); ++y, voxels += padded.x()) {
+      std::fill(voxels, voxels + padded.x(), cl_ushort{0});
+      if (const std::uint16_t* row = rows.at(y, z)) std::copy_n(row, rows.length(), voxels + kPadding);
     }
   }
 }
@@ -98,11 +128,6 @@ std::vector<cl_uchar> occupancyOf(const cl_uint* words, const Eigen::Vector3i& p
   return occupied;
 }
 
-std::size_t wordCount(const Eigen::Vector3i& padded) {
-  return static_cast<std::size_t>(padded.x()) * static_cast<std::size_t>(padded.y()) *
-         static_cast<std::size_t>(padded.z());
-}
-
 /// A level's words in the host's hands.
 class MappedWords {
  public:
@@ -132,17 +157,31 @@ class MappedWords {
   cl_uint* words_;
 };
 
-OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
+constexpr std::size_t kWithVoxels = sizeof(cl_uint) + sizeof(cl_ushort);
+
+/// Whether a CT's voxels stand behind their words: on a CPU, where that takes no more than 64 MiB for the finest level.
+bool keepsVoxels(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
+  constexpr std::size_t kMost = std::size_t{1} << 25U;
+  const std::size_t words = wordCount(paddedSize(tissueBox(volume)));
+  return hasVoxels16(device) && words <= kMost && words * kWithVoxels <= limits.buffer_bytes;
+}
+
+OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits,
+                      bool has_voxels) {
   const Box box = tissueBox(volume);
-  const Eigen::Vector3i padded = box.size + Eigen::Vector3i::Constant(2 * kPadding);
+  const Eigen::Vector3i padded = paddedSize(box);
   const Eigen::Vector3i bricks = (padded + Eigen::Vector3i::Constant(kBrick - 1)) / kBrick;
   checkFits(padded, limits, device.name());
   const OpenClDevice& opencl = device.openCl();
   OpenClLevel level;
-  level.bytes = wordCount(padded) * sizeof(cl_uint);
+  const std::size_t words = wordCount(padded);
+  level.grid.has_voxels = has_voxels ? 1 : 0;
+  level.bytes = words * (has_voxels ? kWithVoxels : sizeof(cl_uint));
   level.words = cl::Buffer(opencl.context, CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR, level.bytes);
   MappedWords mapped(opencl.upload_queue, level.words, level.bytes);
-  packWords(volume, box, padded, mapped.words());
+  const PaddedRows rows(volume, box);
+  packWords(rows, padded, mapped.words());
+  if (has_voxels) packVoxels(rows, padded, reinterpret_cast<cl_ushort*>(mapped.words() + words));
   const std::vector<cl_uchar> occupied = occupancyOf(mapped.words(), padded, bricks);
   mapped.unmap();
   level.occupancy = cl::Buffer(opencl.context, CL_MEM_READ_ONLY, occupied.size());
@@ -178,13 +217,18 @@ std::vector<Eigen::Vector3d> cornersOf(const Box& box, const VolumeGrid& grid) {
 
 }  // namespace
 
+bool hasVoxels16(const Device& device) { return !device.isGpu(); }
+
 OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume)
     : OpenClVolume(device, volume, volumeLimits(device)) {}
 
 OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
   guarded(device.name(), "placing the CT", [&] {
-    levels_.push_back(makeLevel(device, volume, limits));
-    for (const AttenuationVolume& level : coarserLevels(volume)) levels_.push_back(makeLevel(device, level, limits));
+    const bool has_voxels = keepsVoxels(device, volume, limits);
+    levels_.push_back(makeLevel(device, volume, limits, has_voxels));
+    for (const AttenuationVolume& level : coarserLevels(volume)) {
+      levels_.push_back(makeLevel(device, level, limits, has_voxels));
+    }
   });
   std::vector<ResidentVolume::Level> seen;
   for (const OpenClLevel& level : levels_) seen.push_back({level.spacing_mm, level.bytes});

@@ -5,6 +5,7 @@
 
 #include "drr/opencl/guarded.h"
 #include "xray_registration/drr/opencl/fast_program.h"
+#include "xray_registration/drr/opencl/opencl_volume.h"
 
 namespace xray_registration {
 
@@ -15,7 +16,7 @@ FastKernels& Workbench::kernels(int split) {
   if (found != kernels_.end()) return found->second;
   return guarded(device_->name(), "compiling the kernels", [&]() -> FastKernels& {
     FastKernels k;
-    const MarchShape shape{device_->isGpu() || split > 1 ? 1 : layout::kRays, split};
+    const MarchShape shape{device_->isGpu() || split > 1 ? 1 : layout::kRays, split, hasVoxels16(*device_)};
     k.items_per_tile = shape.itemsPerTile();
     k.program = device_->openCl().build(fastSource(), fastOptions(shape));
     k.plan = cl::Kernel(k.program, "plan");

@@ -132,21 +132,62 @@ std::vector<BenchmarkRow> measureGrowth(const std::shared_ptr<Device>& device, i
   return rows;
 }
 
+namespace {
+
+/// A frame of its own registrar, at its session's begin.
+std::unique_ptr<Frame> frameOf(const std::shared_ptr<FastRegistrar>& registrar, std::vector<ViewInput> views,
+                               const RigidTransform& T_camera_ct_start) {
+  auto frame = std::make_unique<Frame>(Frame{registrar, std::move(views), T_camera_ct_start});
+  frame->begin();
+  return frame;
+}
+
+std::shared_ptr<FastRegistrar> registrarOf(const std::shared_ptr<Device>& device, const AttenuationVolume& volume) {
+  auto registrar = std::make_shared<FastRegistrar>(device, RegistrarOptions{}, Logger{});
+  registrar->setVolume(volume);
+  return registrar;
+}
+
+/// As C-arms send them: images of 1024² of a CT of 512×512×140 voxels from the patient's front and side.
+std::vector<std::unique_ptr<Frame>> clinicalFrames(const std::shared_ptr<Device>& device) {
+  constexpr int kImage = 1024;
+  const AttenuationVolume volume = cutTo(volumeOf(512), {512, 512, 140});
+  const Eigen::Vector3d centre = volume.grid.centreCt();
+  const FastScene front = fastScene(volume.grid, kImage, 'y');
+  std::vector<std::unique_ptr<Frame>> frames;
+  std::vector<ViewInput> views;
+  for (const double angle : {0.0, 0.5 * static_cast<double>(EIGEN_PI)}) {
+    const std::shared_ptr<FastRegistrar> registrar = registrarOf(device, volume);
+    RigidTransform T_view_first = RigidTransform::Identity();
+    const FastScene scene = turnedScene(front, centre, angle, &T_view_first);
+    views.push_back(viewOf(&registrar->engine(), scene, T_view_first));
+    frames.push_back(frameOf(registrar, views, nearTruth(front, centre)));
+  }
+  return frames;
+}
+
+}  // namespace
+
 std::vector<BenchmarkRow> measureFrames(const std::shared_ptr<Device>& device, int rounds, bool quick) {
   std::vector<std::unique_ptr<Frame>> frames;
   std::vector<BenchmarkCase> cases;
+  const auto add = [&](const std::string& name, std::unique_ptr<Frame> frame) {
+    frames.push_back(std::move(frame));
+    cases.push_back({name, [frame = frames.back().get()] { frame->run(); }, 0.0, "attenuation in memory to verdict"});
+  };
   for (const int n : {256, 512}) {
     if (n > 256 && quick) continue;
     const AttenuationVolume volume = volumeOf(n);
     const FastScene scene = fastScene(volume.grid, n);
-    auto registrar = std::make_shared<FastRegistrar>(device, RegistrarOptions{}, Logger{});
-    registrar->setVolume(volume);
-    frames.push_back(std::make_unique<Frame>(Frame{registrar,
-                                                   {viewOf(&registrar->engine(), scene, RigidTransform::Identity())},
-                                                   nearTruth(scene, volume.grid.centreCt())}));
-    frames.back()->begin();
-    cases.push_back({"frame/fast/" + std::to_string(n), [frame = frames.back().get()] { frame->run(); }, 0.0,
-                     "attenuation in memory to verdict"});
+    const std::shared_ptr<FastRegistrar> registrar = registrarOf(device, volume);
+    add("frame/fast/" + std::to_string(n),
+        frameOf(registrar, {viewOf(&registrar->engine(), scene, RigidTransform::Identity())},
+                nearTruth(scene, volume.grid.centreCt())));
+  }
+  if (!quick) {
+    std::vector<std::unique_ptr<Frame>> clinical = clinicalFrames(device);
+    add("frame/clinical/1024", std::move(clinical[0]));
+    add("frame/clinical/1024/two_views", std::move(clinical[1]));
   }
   return measureInTurns("frames", cases, rounds);
 }

@@ -28,7 +28,7 @@ double eventMs(const cl::Event& event) {
 }  // namespace
 
 MarchProbe::MarchProbe(std::shared_ptr<Device> device) : device_(std::move(device)) {
-  const MarchShape shape{device_->isGpu() ? 1 : kRays, 1};
+  const MarchShape shape{device_->isGpu() ? 1 : kRays, 1, hasVoxels16(*device_)};
   items_per_tile_ = shape.itemsPerTile();
   program_ = device_->openCl().build(fastSource() + kernels::ceiling, fastOptions(shape));
   plan_ = cl::Kernel(program_, "plan");
@@ -68,7 +68,7 @@ void MarchProbe::countSamples(const XrayCamera& camera) {
     const int rows = std::min(kTile, camera.height - tile / tiles_x_ * kTile);
     const double samples = static_cast<double>(columns * rows) * std::max(0, plan.s[2] - plan.s[1] + 1);
     samples_ += samples;
-    loaded_bytes_ += samples * sizeof(cl_uint) * (plan.s[0] == 2 ? 4 : 2);
+    loaded_bytes_ += samples * sizeof(cl_uint) * (plan.s[0] == 2 && level_->grid.has_voxels == 0 ? 4 : 2);
   }
 }
 

@@ -102,7 +102,8 @@ TEST_F(OpenClVolumeTest, LevelsAreThePyramidsLevels) {
     const Eigen::Vector3i size(level.grid.size[0], level.grid.size[1], level.grid.size[2]);
     EXPECT_EQ(size, pyramid[i].grid.size + Eigen::Vector3i::Constant(4)) << "two layers of air on every side";
     const std::size_t words = static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) *
-                              static_cast<std::size_t>(size.z()) * sizeof(cl_uint);
+                              static_cast<std::size_t>(size.z()) * (hasVoxels16(*device_) ? 6 : 4);
+    EXPECT_EQ(level.grid.has_voxels != 0, hasVoxels16(*device_));
     EXPECT_EQ(level.words.getInfo<CL_MEM_SIZE>(), words);
     EXPECT_EQ(level.bytes, words + level.occupancy.getInfo<CL_MEM_SIZE>());
     bytes += level.bytes;
@@ -147,6 +148,27 @@ TEST_F(OpenClVolumeTest, AirAroundTheBodyChangesNoPicture) {
     ASSERT_GT(largest(drr), 0.1);
     // Single precision: the grids' origins differ in the last digit.
     EXPECT_LT(largestDifference(drr, loose->render(kCamera, 0, pose)), 1e-4 * largest(drr)) << axis.transpose();
+  }
+}
+
+TEST_F(OpenClVolumeTest, ALargeCtIsSeenAsASmallOne) {
+  // A CPU reads what runs along z from the voxels of a small CT and from the words of a large one.
+  const AttenuationVolume small = rough({40, 36, 44});
+  const Eigen::Vector3i low(180, 182, 93);
+  AttenuationVolume large = padded(small, low, {180, 182, 93});
+  for (const int corner : {0, 1}) voxel(&large, corner * (large.grid.size - Eigen::Vector3i::Ones()).eval()) = 1;
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  const std::unique_ptr<Engine> large_engine = makeEngineOpenCl(device_);
+  engine->setVolume(small);
+  large_engine->setVolume(large);
+  ASSERT_EQ(openClVolume(*large_engine).levels()[0].grid.has_voxels, 0);
+  ASSERT_EQ(openClVolume(*engine).levels()[0].grid.has_voxels != 0, hasVoxels16(*device_));
+  for (const Eigen::Vector3d& axis : axes()) {
+    const RigidTransform pose = poseTowards(small.grid.centreCt(), axis);
+    const FloatImage drr = engine->render(kCamera, 0, pose);
+    ASSERT_GT(largest(drr), 0.1);
+    // Single precision, with coordinates of hundreds of voxels: a thousandth of a voxel of what changes by it.
+    EXPECT_LT(largestDifference(drr, large_engine->render(kCamera, 0, pose)), 2e-3 * largest(drr)) << axis.transpose();
   }
 }
 
@@ -260,8 +282,14 @@ TEST_F(OpenClVolumeTest, MemoryStaysWithinItsBudget) {
     }
   }
   const OpenClVolume resident(*device_, volume);
-  EXPECT_LE(resident.description().bytes(), volume.values.size() * sizeof(std::uint16_t) * 5 / 2);
+  EXPECT_LE(resident.description().bytes(), volume.values.size() * sizeof(std::uint16_t) * 7 / 2);
   EXPECT_GT(resident.description().bytes(), volume.values.size() * sizeof(std::uint16_t));
+  // Where a buffer has no room for more, words alone.
+  VolumeLimits limits = volumeLimits(*device_);
+  limits.buffer_bytes = volume.values.size() * sizeof(cl_uint);
+  const OpenClVolume words(*device_, volume, limits);
+  EXPECT_EQ(words.levels().front().grid.has_voxels, 0);
+  EXPECT_LE(words.levels().front().bytes, limits.buffer_bytes);
 }
 
 }  // namespace

@@ -16,11 +16,17 @@ struct DeviceGrid {
   cl_int size[3];
   cl_int bricks[3];
   cl_float centre[3];
-  cl_int unused;
+  cl_int has_voxels;  ///< 1: they stand behind the words.
 };
 
+/// Whether a device may have a level's voxels behind its words. A CPU loads 32 bits from wherever it likes; a GPU wants
+/// its loads aligned.
+bool hasVoxels16(const Device& device);
+
 /// One level of the CT on the device: its non-air box with layers of air around it. Each 32-bit word holds a voxel (low
-/// half) and its neighbour in z (high half), so one load gives both taps of an interpolation.
+/// half) and its neighbour in z (high half), so one load gives both taps of an interpolation. On a CPU, the voxels of a
+/// level that is not large stand behind the words once more, 16 bits each, so that the same is true of neighbours in x,
+/// which rays along z want.
 struct OpenClLevel {
   cl::Buffer words;
   cl::Buffer occupancy;  ///< A byte per brick: whether it holds tissue.

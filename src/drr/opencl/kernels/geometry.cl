@@ -3,6 +3,7 @@
 //   LANES  rays that one work-item renders in an inner loop: 64 on a CPU, whose compiler turns that loop into vector
 //          instructions (one work-item per group), 1 on a GPU (64 work-items per group)
 //   SPLIT  work-items that share one ray, each a part of the slices: 1, 2 or 4; more than 1 only with LANES 1
+//   VOXELS_16  whether levels may have voxels of 16 bits behind their words (opencl_volume.h): 1 on a CPU
 // A tile of the image is one work-group's. All loop bounds come from the plan, so they are uniform in a group.
 #define ITEMS (RAYS / LANES)
 #define GROUP (ITEMS * SPLIT)
@@ -15,7 +16,7 @@ typedef struct {
   int size_x, size_y, size_z;          // padded voxels
   int bricks_x, bricks_y, bricks_z;    // occupancy grid
   float centre_x, centre_y, centre_z;  // box centre, padded index
-  int unused;
+  int has_voxels;                      // whether 16-bit voxels stand behind the words
 } Grid;
 
 INLINE float linear(__global const float* m, float u, float v) { return fma(m[0], u, fma(m[1], v, m[2])); }

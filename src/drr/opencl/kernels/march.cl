@@ -1,9 +1,19 @@
-// The march. In-slice axes are named p (the axis whose neighbours share a word: z, unless z is the dominant axis) and
-// q. Coordinates are padded voxel indices; two layers of air around the box let a clamp replace a branch: a clamped
-// sample lies between two air voxels, so value and derivatives are zero.
+// The march. In-slice axes are named p (the axis whose neighbours are one 32-bit load) and q. Coordinates are padded
+// voxel indices; two layers of air around the box let a clamp replace a branch: a clamped sample lies between two air
+// voxels, so value and derivatives are zero.
 //
-// For dominant axis k the cyclic in-slice axes are a = k + 1, b = k + 2. The pair axis z is b for k = 0, a for k = 1;
-// for k = 2 there is none and p = a. The words of neighbours in x stand side by side: that is q for k = 1, p for k = 2.
+// For dominant axis k the cyclic in-slice axes are a = k + 1, b = k + 2.
+//
+// In words, a voxel and its neighbour in z: the pair axis z is b for k = 0, a for k = 1; for k = 2 there is none and p =
+// a. The words of neighbours in x stand side by side: that is q for k = 1, p for k = 2.
+//
+// On a CPU the voxels of a CT that is not large stand behind its words once more, 16 bits each: two neighbours in x are
+// 32 bits of them, wherever they begin. For k = 2 that is half of what words would load, and nothing to take apart.
+#if VOXELS_16
+#define IN_VOXELS (grid.has_voxels && k == 2)
+#else
+#define IN_VOXELS 0
+#endif
 
 // What the chain rule needs of a ray besides the sums.
 typedef struct {
@@ -31,7 +41,7 @@ INLINE RayGeometry ray_geometry(__global const float* pose, int k, float u, floa
   const float fp = p - (float)ip, fq = q - (float)iq;         \
   const int index = ip * stride_p + iq * stride_q + offset;
 
-#define LOAD_PAIRED()                            \
+#define LOAD_PAIRED()                           \
   const uint word0 = volume[index];             \
   const uint word1 = volume[index + stride_q];  \
   const float v00 = LOW(word0), v01 = HIGH(word0), v10 = LOW(word1), v11 = HIGH(word1);
@@ -55,6 +65,17 @@ typedef ulong __attribute__((aligned(4))) TwoWords;
   LOAD_TWO(word00, word01, index)              \
   LOAD_TWO(word10, word11, index + stride_q)   \
   const float v00 = LOW(word00), v01 = LOW(word01), v10 = LOW(word10), v11 = LOW(word11);
+
+#if VOXELS_16
+typedef uint __attribute__((aligned(2))) TwoVoxels;
+#define TWO_VOXELS(i) *(__global const TwoVoxels*)((__global const char*)voxels + 2 * (i))
+#define LOAD_VOXELS()                                                           \
+  const uint word0 = TWO_VOXELS(index);              \
+  const uint word1 = TWO_VOXELS(index + stride_q); \
+  const float v00 = LOW(word0), v01 = HIGH(word0), v10 = LOW(word1), v11 = HIGH(word1);
+#else
+#define LOAD_VOXELS LOAD_SINGLE
+#endif
 
 #define ACCUMULATE()                            \
   const float d0 = v01 - v00, d1 = v11 - v10;   \
@@ -105,9 +126,15 @@ typedef ulong __attribute__((aligned(4))) TwoWords;
     const float t = (float)next - centre_k;                                                 \
     const int ip = (int)clamp(fma(t, m_p[r], p_c[r]), 0.0f, p_max);                         \
     const int iq = (int)clamp(fma(t, m_q[r], q_c[r]), 0.0f, q_max);                         \
-    __global const uint* word = volume + (ip * stride_p + iq * stride_q + next * stride_k); \
-    __builtin_prefetch((const void*)(ulong)word);                                           \
+    const int index = ip * stride_p + iq * stride_q + next * stride_k;                      \
+    __builtin_prefetch(PREFETCHED(index));                                                  \
   }
+#if VOXELS_16
+#define PREFETCHED(index) \
+  (in_voxels ? (const void*)(ulong)(voxels + (index)) : (const void*)(ulong)(volume + (index)))
+#else
+#define PREFETCHED(index) ((const void*)(ulong)(volume + (index)))
+#endif
 // Along x a line holds 16 slices of one ray: a quarter of the rays each time. Else it holds a row of the tile: the rows'
 // ends, for every slice.
 #define PREFETCH_AFTER(j)                                                                               \
@@ -131,11 +158,12 @@ typedef ulong __attribute__((aligned(4))) TwoWords;
     for (; j < j_end; ++j) { SLICES_OF(1, LOAD, ADD) }                       \
   }
 
-#define MARCH_ALONG(K, ADD)                          \
-  {                                                  \
-    if (K == 2) MARCH(LOAD_SINGLE, ADD)              \
+#define MARCH_ALONG(K, ADD)                           \
+  {                                                   \
+    if (in_voxels) MARCH(LOAD_VOXELS, ADD)            \
+    else if (K == 2) MARCH(LOAD_SINGLE, ADD)          \
     else if (K == 1) MARCH(LOAD_PAIRED_AND_NEXT, ADD) \
-    else MARCH(LOAD_PAIRED, ADD)                     \
+    else MARCH(LOAD_PAIRED, ADD)                      \
   }
 
 // Everything a render kernel starts with: tile, plan, rays, this work-item's share of the slices.
@@ -149,6 +177,9 @@ typedef ulong __attribute__((aligned(4))) TwoWords;
   const int k = plan_of_tile.x;                                                               \
   const int2 origin = tile_origin(tile, tiles_x);                                             \
   const int a = (k + 1) % 3, b = (k + 2) % 3;                                                 \
+  const int in_voxels = IN_VOXELS;                                                            \
+  __global const ushort* voxels =                                                             \
+      (__global const ushort*)(volume + grid.size_x * grid.size_y * grid.size_z);             \
   const int p_axis = k == 0 ? b : a, q_axis = k == 0 ? a : b;                                 \
   const float3 centre = (float3)(grid.centre_x, grid.centre_y, grid.centre_z);                \
   const int3 size = (int3)(grid.size_x, grid.size_y, grid.size_z);                            \

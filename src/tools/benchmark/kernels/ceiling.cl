@@ -20,6 +20,15 @@
   LOAD_TWO(word10, word11, index + stride_q) \
   s_bits ^= word00 ^ word01 ^ word10 ^ word11;
 
+#if VOXELS_16
+#define WORDS_OF_VOXELS()                                                       \
+  const uint word0 = TWO_VOXELS(index);              \
+  const uint word1 = TWO_VOXELS(index + stride_q); \
+  s_bits ^= word0 ^ word1;
+#else
+#define WORDS_OF_VOXELS WORDS_SINGLE
+#endif
+
 // The interpolation's parts are not used here.
 #define ADD_NOTHING() (void)fp; (void)fq;
 
@@ -34,7 +43,8 @@ void loads_only(__global const uint* volume, const Grid grid, __global const flo
     value[r] = 0.0f;
     bits[r] = 0u;
   }
-  if (k == 2) MARCH(WORDS_SINGLE, ADD_NOTHING)
+  if (in_voxels) MARCH(WORDS_OF_VOXELS, ADD_NOTHING)
+  else if (k == 2) MARCH(WORDS_SINGLE, ADD_NOTHING)
   else if (k == 1) MARCH(WORDS_PAIRED_AND_NEXT, ADD_NOTHING)
   else MARCH(WORDS_PAIRED, ADD_NOTHING)
   (void)part;
