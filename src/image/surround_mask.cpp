@@ -258,10 +258,14 @@ std::optional<Circle> discOf(const std::vector<EdgePoint>& edge, const cv::Size&
     if (!circle || circle->radius < 0.2 * side || circle->radius > 1.5 * side) continue;
     long on = 0;
     long outside = 0;
+    // Squares, as roots of all places would take most of the time.
+    const double inner2 = std::pow(circle->radius - kOnCircle, 2);
+    const double outer2 = std::pow(circle->radius + kOnCircle, 2);
     for (const EdgePoint& point : edge) {
-      const double off = cv::norm(point.at - circle->centre) - circle->radius;
-      on += std::abs(off) <= kOnCircle && point.is_sharp ? 1 : 0;
-      outside += off > kOnCircle ? 1 : 0;
+      const cv::Point2d from_centre = point.at - circle->centre;
+      const double distance2 = from_centre.dot(from_centre);
+      on += distance2 >= inner2 && distance2 <= outer2 && point.is_sharp ? 1 : 0;
+      outside += distance2 > outer2 ? 1 : 0;
       if (outside > most_outside) break;
     }
     if (outside > most_outside || on <= best_count) continue;
@@ -307,9 +311,11 @@ cv::Mat surroundedBy(float value, const cv::Mat& small, const AttenuationImage& 
   const int pixels = cv::countNonZero(field);
   const auto area = static_cast<double>(small.total());
   if (pixels < kLeastDisc * area || pixels > (1.0 - kLeastSurround) * area) return {};
+  // First what is soon answered: the shape is looked for on the copy, the noise in the image.
+  const bool noise_first = factor == 1;
+  if (noise_first && !isDrawn(image, field, factor, value)) return {};
   const cv::Mat shape = shapeOf(field, edgeOf(field, small, value));
-  if (shape.empty()) return {};
-  return isDrawn(image, field, factor, value) ? shape : cv::Mat();
+  return noise_first || shape.empty() || isDrawn(image, field, factor, value) ? shape : cv::Mat();
 }
 
 }  // namespace
