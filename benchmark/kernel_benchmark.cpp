@@ -5,8 +5,10 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
+#include "march_by_hand.h"
 #include "tools/benchmark/fast_step.h"
 
 namespace xray_registration::tools {
@@ -37,7 +39,7 @@ class Engines {
   std::map<int, VolumeGrid> grids_;
 };
 
-enum class Work { kStep, kMarch, kWindows, kDrr, kDerivativeImages, kLoadsOnly };
+enum class Work { kStep, kMarch, kWindows, kDrr, kDerivativeImages, kLoadsOnly, kByHand };
 
 struct Variant {
   std::string name;
@@ -50,7 +52,7 @@ struct Variant {
 };
 
 /// Milliseconds of one run: device time, but for the step, which is the host's.
-double runOnce(const Variant& variant, FastStep* step, MarchProbe* probe) {
+double runOnce(const Variant& variant, FastStep* step, MarchProbe* probe, MarchByHand* by_hand) {
   Engine& engine = step->engine();
   const FastScene& scene = step->scene();
   switch (variant.work) {
@@ -71,8 +73,22 @@ double runOnce(const Variant& variant, FastStep* step, MarchProbe* probe) {
       return engine.lastKernelTimes().march_ms;
     case Work::kLoadsOnly:
       return probe->loadsOnlyMs();
+    case Work::kByHand:
+      return by_hand->run();
   }
   return 0.0;
+}
+
+/// @throws std::runtime_error when it does not see what the device does.
+std::unique_ptr<MarchByHand> marchByHand(FastStep* step, const MarchProbe& probe) {
+  const FastScene& scene = step->scene();
+  auto by_hand = std::make_unique<MarchByHand>(step->engine(), probe, scene.camera, scene.T_camera_ct);
+  by_hand->run();
+  // Single precision.
+  if (!(by_hand->differenceFrom(step->engine().render(scene.camera, 0, scene.T_camera_ct)) < 1e-4)) {
+    throw std::runtime_error("the march by hand sees something else than the device");
+  }
+  return by_hand;
 }
 
 void measure(::benchmark::State& state, Engines* engines, const Variant& variant) {
@@ -80,9 +96,11 @@ void measure(::benchmark::State& state, Engines* engines, const Variant& variant
   FastStep step(engine, fastScene(engines->grid(variant.ct), variant.image, variant.axis), variant.span);
   const double samples = step.samples(engines->probe());
   engine->forceSplit(variant.split);
-  runOnce(variant, &step, engines->probe());  // Compiles and launches once.
+  std::unique_ptr<MarchByHand> by_hand;
+  if (variant.work == Work::kByHand) by_hand = marchByHand(&step, *engines->probe());
+  runOnce(variant, &step, engines->probe(), by_hand.get());  // Compiles and launches once.
   for (auto _ : state) {
-    const double ms = runOnce(variant, &step, engines->probe());
+    const double ms = runOnce(variant, &step, engines->probe(), by_hand.get());
     if (variant.work != Work::kStep) state.SetIterationTime(ms * 1e-3);
   }
   engine->forceSplit(0);
@@ -91,7 +109,7 @@ void measure(::benchmark::State& state, Engines* engines, const Variant& variant
   }
 }
 
-std::vector<Variant> variants() {
+std::vector<Variant> variants(bool has_by_hand) {
   std::vector<Variant> all;
   for (const int n : {64, 128, 256}) {
     const std::string size = std::to_string(n);
@@ -101,6 +119,7 @@ std::vector<Variant> variants() {
       all.push_back({"march/" + where, Work::kMarch, n, n, axis});
       all.push_back({"drr/" + where, Work::kDrr, n, n, axis});
       all.push_back({"loads_only/" + where, Work::kLoadsOnly, n, n, axis});
+      if (has_by_hand) all.push_back({"march_by_hand/" + where, Work::kByHand, n, n, axis});
     }
     all.push_back({"derivative_images/" + size, Work::kDerivativeImages, n, n});
   }
@@ -117,8 +136,8 @@ std::vector<Variant> variants() {
   return all;
 }
 
-void registerAll(Engines* engines) {
-  for (const Variant& variant : variants()) {
+void registerAll(Engines* engines, bool has_by_hand) {
+  for (const Variant& variant : variants(has_by_hand)) {
     auto* one = ::benchmark::RegisterBenchmark(
         variant.name.c_str(), [engines, variant](::benchmark::State& state) { measure(state, engines, variant); });
     one->Unit(::benchmark::kMillisecond);
@@ -151,7 +170,7 @@ int main(int argc, char** argv) {
     const auto device = std::make_shared<Device>(choice);
     benchmark::AddCustomContext("device", device->name());
     tools::Engines engines(device);
-    tools::registerAll(&engines);
+    tools::registerAll(&engines, !device->isGpu() && tools::MarchByHand::isPossible());
     benchmark::RunSpecifiedBenchmarks();
   } catch (const std::exception& error) {
     std::cerr << "kernel_benchmark: " << error.what() << '\n';

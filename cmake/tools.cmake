@@ -131,7 +131,8 @@ elseif(CLI11_FOUND AND nlohmann_json_FOUND)
   find_package(benchmark QUIET)
   if(benchmark_FOUND)
     xray_tool(kernel_benchmark
-      SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/benchmark/kernel_benchmark.cpp ${benchmark_scenes}
+      SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/benchmark/kernel_benchmark.cpp
+              ${CMAKE_CURRENT_SOURCE_DIR}/benchmark/march_by_hand.cpp ${benchmark_scenes}
       LIBRARIES benchmark::benchmark)
     xray_embed_kernels(kernel_benchmark ${benchmark}/kernels/ceiling.cl)
   else()

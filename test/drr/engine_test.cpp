@@ -315,6 +315,32 @@ TEST_F(EngineTest, ObjectiveMatchesThePlainReference) {
   }
 }
 
+TEST_F(EngineTest, TilesThatSeeNoTissueCountWithTheirXray) {
+  const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
+  Scene scene;
+  engine->setVolume(scene.volume);
+  const XrayCamera camera{144, 132, 400.0, 390.0, 70.0, 66.0};  // The CT covers a quarter of it.
+  const Eigen::Vector3d centre = scene.pose * engine->volume().centreCt();
+  FloatImage seen = engine->render(camera, 0, updatedPose(scene.pose, 0.01 * Twist::Ones(), centre));
+  std::mt19937 random(9);
+  std::normal_distribution<float> noise(0.0F, 0.05F);
+  for (int v = 0; v < seen.height; ++v) {
+    for (int u = 0; u < seen.width; ++u) seen.at(u, v) += 0.7F + 0.01F * static_cast<float>(u) + noise(random);
+  }
+  FloatImage weight(camera.width, camera.height, 1.0F);
+  for (int u = 0; u < camera.width; ++u) weight.at(u, 8) = 0.3F;
+  const std::unique_ptr<ResidentXray> xray = engine->upload(camera, seen, weight);
+  const FloatImage drr = engine->render(camera, 0, scene.pose);
+  const auto air = std::count(drr.pixels.begin(), drr.pixels.end(), 0.0F);
+  ASSERT_GT(air, 144 * 132 / 2);
+  for (const WindowOptions& options : objectives()) {
+    const double expected = referenceObjective(drr, seen, weight, options);
+    // As for a CT that covers the image: sums of single precision.
+    EXPECT_NEAR(engine->evaluate(xray.get(), 0, 0, {scene.pose}, options)[0].cost, expected, 1e-3 * expected)
+        << nameOf(options);
+  }
+}
+
 TEST_F(EngineTest, GradientIsTheObjectivesAndTheMatrixIsPositive) {
   const std::unique_ptr<Engine> engine = makeEngineOpenCl(device_);
   const Scene scene = sceneSeenBy(engine.get());

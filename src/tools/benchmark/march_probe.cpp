@@ -57,9 +57,14 @@ void MarchProbe::plan(const Engine& engine, const XrayCamera& camera, const Rigi
   countSamples(camera);
 }
 
-void MarchProbe::countSamples(const XrayCamera& camera) {
+std::vector<cl_int4> MarchProbe::plans() const {
   std::vector<cl_int4> plans(static_cast<std::size_t>(tiles_));
   device_->openCl().solve_queue.enqueueReadBuffer(plans_, CL_TRUE, 0, sizeof(cl_int4) * plans.size(), plans.data());
+  return plans;
+}
+
+void MarchProbe::countSamples(const XrayCamera& camera) {
+  const std::vector<cl_int4> plans = this->plans();
   samples_ = 0.0;
   loaded_bytes_ = 0.0;
   for (int tile = 0; tile < tiles_; ++tile) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "xray_registration/drr/opencl/opencl_volume.h"
 #include "xray_registration/geometry/rigid_transform.h"
@@ -22,8 +23,11 @@ class MarchProbe {
   /// March samples of the planned image: pixels of each tile times the slices between the first and the last brick of
   /// its frustum that holds tissue, summed. Slices outside are air and are not marched.
   double samples() const { return samples_; }
-  /// Bytes that those samples load: two words each, four where the dominant axis is z.
+  /// Bytes that those samples load: two words each; four where the dominant axis is z and there are words alone.
   double loadedBytes() const { return loaded_bytes_; }
+
+  /// The planned tiles', row by row: dominant axis, first and last slice, whether used.
+  std::vector<cl_int4> plans() const;
 
   /// Loads every word that the march loads, at the same places in the same order, and nothing else; device time, ms.
   double loadsOnlyMs();

@@ -1,3 +1,29 @@
+// A tile that sees no tissue has no DRR: there is nothing to add up but the X-ray. Such tiles are most of a crop's around
+// a small bone. Only where a group is one work-item, as SKIP_UNUSED_TILE.
+#define PAIR_OF_XRAYS 17
+#if LANES > 1
+#define SUMS_OF_AIR                                                                                              \
+  if (plan_of_tile.z < plan_of_tile.y && !SEEN_WITH_MORE) {                                                      \
+    const float air_ref = xray[min(origin.y, height - 1) * width + min(origin.x, width - 1)];                    \
+    PIXELS_OF_RAYS                                                                                               \
+    for (int ray = 0; ray < RAYS; ++ray) {                                                                       \
+      vectors[ray] = 1.0f;                                                                                       \
+      vectors[2 * RAYS + ray] = xray_of[ray] - air_ref;                                                          \
+      weighted[ray] = weight_of[ray];                                                                            \
+      weighted[2 * RAYS + ray] = weight_of[ray] * (xray_of[ray] - air_ref);                                      \
+    }                                                                                                            \
+    __global float* sums = sums_out + get_group_id(0) * SUM_STRIDE;                                              \
+    for (int sum = 0; sum <= SUMS; ++sum) sums[sum] = 0.0f;                                                      \
+    sums[0] = product_of(weighted, vectors);                                                                     \
+    sums[2] = product_of(weighted, vectors + 2 * RAYS);                                                          \
+    sums[PAIR_OF_XRAYS] = product_of(weighted + 2 * RAYS, vectors + 2 * RAYS);                                   \
+    sums[SUMS + 1] = air_ref;                                                                                    \
+    return;                                                                                                      \
+  }
+#else
+#define SUMS_OF_AIR
+#endif
+
 // Sums of the line integrals themselves. D and I are relative to the values of the tile's first pixel, so that float
 // suffices.
 __kernel __attribute__((reqd_work_group_size(GROUP, 1, 1)))
@@ -7,6 +33,7 @@ void intensity_sums(SUMS_ARGUMENTS) {
   __local float reference[2];
   PREPARE_RAYS
   SKIP_UNUSED_TILE(SUMS, SUM_STRIDE)
+  SUMS_OF_AIR
   MARCH_WITH_DERIVATIVES
   JOIN_PARTS
   REFERENCE_OF_TILE

@@ -67,10 +67,11 @@ typedef ulong __attribute__((aligned(4))) TwoWords;
   const float v00 = LOW(word00), v01 = LOW(word01), v10 = LOW(word10), v11 = LOW(word11);
 
 #if VOXELS_16
+// Told in bytes: with an index of voxels LLVM gathers by indices of 64 bits, half as many at a time.
 typedef uint __attribute__((aligned(2))) TwoVoxels;
 #define TWO_VOXELS(i) *(__global const TwoVoxels*)((__global const char*)voxels + 2 * (i))
-#define LOAD_VOXELS()                                                           \
-  const uint word0 = TWO_VOXELS(index);              \
+#define LOAD_VOXELS()                              \
+  const uint word0 = TWO_VOXELS(index);            \
   const uint word1 = TWO_VOXELS(index + stride_q); \
   const float v00 = LOW(word0), v01 = HIGH(word0), v10 = LOW(word1), v11 = HIGH(word1);
 #else
