@@ -49,8 +49,10 @@ TileRays raysOf(const DeviceGrid& grid, const PoseParameters& pose, const cl_int
   TileRays rays{};
   for (int ray = 0; ray < kRays; ++ray) {
     const auto i = static_cast<std::size_t>(ray);
-    const float u = static_cast<float>(column + ray % layout::kTile) - pose[layout::kPoseMiddleU];
-    const float v = static_cast<float>(row + ray / layout::kTile) - pose[layout::kPoseMiddleV];
+    const int pixel_u = column + ray % layout::kTile;
+    const int pixel_v = row + ray / layout::kTile;
+    const float u = static_cast<float>(pixel_u) - pose[layout::kPoseMiddleU];
+    const float v = static_cast<float>(pixel_v) - pose[layout::kPoseMiddleV];
     const auto direction = [&](int axis) { return linear(&pose[layout::kPoseDirection] + 3 * axis, u, v); };
     const auto cross = [&](int axis) { return linear(&pose[layout::kPoseCross] + 3 * axis, u, v); };
     const float inv_dk = 1.0F / direction(k);
@@ -75,7 +77,9 @@ TileRays raysOf(const DeviceGrid& grid, const PoseParameters& pose, const cl_int
 #ifdef XRAY_MARCH_BY_HAND
 // GCC 12 takes what its own headers leave undefined on purpose for a mistake.
 #pragma GCC diagnostic push
+#ifndef __clang__
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #pragma GCC diagnostic ignored "-Wuninitialized"
 
 /// Sixteen rays from `first_ray` on. `kBytes`: 4 where a load is a word, 2 where it is two voxels of 16 bits.
