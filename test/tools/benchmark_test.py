@@ -108,7 +108,8 @@ class Benchmark(tool_case.ToolTest):
         output, _ = self.tool('kernel_benchmark', '--benchmark_filter=/64', '--benchmark_format=json',
                               '--benchmark_min_time=0.01')
         names = [one['name'].split('/')[0] for one in json.loads(output[output.index('{'):])['benchmarks']]
-        self.assertEqual(set(names), {'step', 'march', 'drr', 'loads_only', 'derivative_images'})
+        # By hand where the processor has AVX-512.
+        self.assertEqual(set(names) - {'march_by_hand'}, {'step', 'march', 'drr', 'loads_only', 'derivative_images'})
         self.tool('kernel_benchmark', '--wrong', expect=2)
 
 
