@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "xray_registration/common/parallel.h"
@@ -105,6 +106,15 @@ void binImage(const AttenuationImage& image, const MaskImage& mask, const PixelW
   });
   *binned = std::move(result);
   *binned_mask = std::move(result_mask);
+}
+
+XrayFrame binned(const XrayFrame& frame, int factor) {
+  XrayFrame small;
+  small.camera = frame.camera.binned(factor);
+  FloatImage attenuation;
+  binImage(frame.attenuation, frame.mask, factor, &attenuation, &small.mask);
+  small.attenuation = std::move(attenuation);
+  return small;
 }
 
 }  // namespace xray_registration

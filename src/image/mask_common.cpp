@@ -75,22 +75,15 @@ cv::Mat wholeBlocks(const cv::Mat& mask, int factor) {
   return result;
 }
 
-cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size) {
-  if (factor == 1) return mask;
-  cv::Mat result;
-  cv::resize(mask, result, {mask.cols * factor, mask.rows * factor}, 0.0, 0.0, cv::INTER_NEAREST);
-  const int right = std::max(0, size.width - result.cols);
-  const int bottom = std::max(0, size.height - result.rows);
-  if (right > 0 || bottom > 0) cv::copyMakeBorder(result, result, 0, bottom, 0, right, cv::BORDER_REPLICATE);
-  return result(cv::Rect({0, 0}, size));
-}
-
-cv::Mat grownRows(const cv::Mat& mask, int factor, int width, const cv::Range& rows) {
+cv::Mat grown(const cv::Mat& mask, int factor, int width, const cv::Range& rows) {
   cv::Mat result(rows.size(), width, CV_8U);
   for (int v = rows.start; v < rows.end; ++v) {
     const std::uint8_t* blocks = mask.ptr<std::uint8_t>(std::min(v / factor, mask.rows - 1));
     std::uint8_t* row = result.ptr<std::uint8_t>(v - rows.start);
-    for (int u = 0; u < width; ++u) row[u] = blocks[std::min(u / factor, mask.cols - 1)];
+    for (int block = 0; block < mask.cols; ++block) {
+      const int end = block + 1 == mask.cols ? width : (block + 1) * factor;
+      std::fill(row + block * factor, row + end, blocks[block]);
+    }
   }
   return result;
 }

@@ -26,10 +26,9 @@ cv::Mat shrunk(const AttenuationImage& image, int factor);
 /// 255 for the blocks of factor × factor pixels that are 255 throughout; partial blocks are dropped.
 cv::Mat wholeBlocks(const cv::Mat& mask, int factor);
 
-/// Each pixel factor × factor times; what is missing at the right and bottom repeats the last column and row. Some rows
-/// of that.
-cv::Mat grown(const cv::Mat& mask, int factor, const cv::Size& size);
-cv::Mat grownRows(const cv::Mat& mask, int factor, int width, const cv::Range& rows);
+/// Some rows of a mask that has each pixel factor × factor times; what is missing up to `width`, and at the bottom,
+/// repeats the last column and row.
+cv::Mat grown(const cv::Mat& mask, int factor, int width, const cv::Range& rows);
 
 /// The smallest rectangle around all that is not zero, with a rim of `rim` pixels, inside the image. Empty when all is
 /// zero.

@@ -300,7 +300,8 @@ cv::Mat mask_detail::metalIn(const SearchCopy& copy, const MaskImage& field, con
       } else {
         const Copy coarse = prepared(mask_detail::shrunk(fine_image, coarse_factor),
                                      mask_detail::wholeBlocks(fine_field, coarse_factor), known);
-        large = mask_detail::grown(findMetal(coarse, {false, true}), coarse_factor, fine_image.size());
+        large =
+            mask_detail::grown(findMetal(coarse, {false, true}), coarse_factor, fine_image.cols, {0, fine_image.rows});
       }
     }
   });

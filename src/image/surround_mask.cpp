@@ -97,7 +97,7 @@ bool isDrawn(const AttenuationImage& image, const cv::Mat& field, int factor, fl
   cv::Mat rough, dimmed, surround, picture;
   for (const cv::Range& stripe : stripes) {
     const cv::Mat values = rowsOf(image, stripe);
-    const cv::Mat rows = mask_detail::grownRows(field, factor, image.width(), stripe);
+    const cv::Mat rows = mask_detail::grown(field, factor, image.width(), stripe);
     const cv::Range known(rim, values.rows - rim);
     cv::Mat dimming;
     cv::exp(0.5 * (value - values), dimming);

@@ -56,12 +56,7 @@ ViewInput forDisplay(const ViewInput& view) {
   const int side = std::max(full.attenuation.width(), full.attenuation.height());
   const int factor = (side + kLargestSide - 1) / kLargestSide;
   if (factor <= 1) return view;
-  XrayFrame small;
-  small.camera = full.camera.binned(factor);
-  FloatImage binned;
-  binImage(full.attenuation, full.mask, factor, &binned, &small.mask);
-  small.attenuation = std::move(binned);
-  ViewInput shown(std::make_shared<const XrayFrame>(std::move(small)), view.T_view_first);
+  ViewInput shown(std::make_shared<const XrayFrame>(binned(full, factor)), view.T_view_first);
   shown.name = view.name;
   return shown;
 }

@@ -43,13 +43,8 @@ std::string inDegrees(double angle_rad) { return std::to_string(std::lround(angl
 
 ViewInput reduced(const ViewInput& view, int factor) {
   if (factor == 1) return view;
-  XrayFrame frame;
-  frame.camera = view.xray->camera.binned(factor);
-  FloatImage binned;
-  binImage(view.xray->attenuation, view.xray->mask, factor, &binned, &frame.mask);
-  frame.attenuation = std::move(binned);
   ViewInput small = view;
-  small.xray = std::make_shared<const XrayFrame>(std::move(frame));
+  small.xray = std::make_shared<const XrayFrame>(binned(*view.xray, factor));
   return small;
 }
 

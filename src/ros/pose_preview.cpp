@@ -78,12 +78,7 @@ const ViewInput& PosePreview::smaller(std::size_t view, const ViewInput& input, 
   if (kept.of == input.xray && kept.longest_side == longest_side) return *kept.view;
   const XrayFrame& fine = *input.xray;
   const int factor = (std::max(fine.camera.width, fine.camera.height) + longest_side - 1) / longest_side;
-  XrayFrame binned;
-  binned.camera = fine.camera.binned(factor);
-  FloatImage attenuation;
-  binImage(fine.attenuation, fine.mask, factor, &attenuation, &binned.mask);
-  binned.attenuation = std::move(attenuation);
-  kept.view.emplace(std::make_shared<const XrayFrame>(std::move(binned)), input.T_view_first);
+  kept.view.emplace(std::make_shared<const XrayFrame>(binned(fine, factor)), input.T_view_first);
   kept.of = input.xray;
   kept.longest_side = longest_side;
   return *kept.view;

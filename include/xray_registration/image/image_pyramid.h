@@ -3,6 +3,7 @@
 #include "xray_registration/geometry/xray_camera.h"
 #include "xray_registration/image/attenuation_image.h"
 #include "xray_registration/image/image.h"
+#include "xray_registration/image/xray_frame.h"
 
 namespace xray_registration {
 
@@ -16,5 +17,8 @@ void binImage(const AttenuationImage& image, const MaskImage& mask, int factor, 
 /// @throws std::invalid_argument for a window that is not inside the image, too.
 void binImage(const AttenuationImage& image, const MaskImage& mask, const PixelWindow& window, int factor,
               FloatImage* binned, MaskImage* binned_mask);
+
+/// A frame with its image, mask and camera binned.
+XrayFrame binned(const XrayFrame& frame, int factor);
 
 }  // namespace xray_registration

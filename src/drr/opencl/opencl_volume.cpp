@@ -160,15 +160,14 @@ class MappedWords {
 constexpr std::size_t kWithVoxels = sizeof(cl_uint) + sizeof(cl_ushort);
 
 /// Whether a CT's voxels stand behind their words: on a CPU, where that takes no more than 64 MiB for the finest level.
-bool keepsVoxels(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
+bool keepsVoxels(const Device& device, const Box& finest, const VolumeLimits& limits) {
   constexpr std::size_t kMost = std::size_t{1} << 25U;
-  const std::size_t words = wordCount(paddedSize(tissueBox(volume)));
+  const std::size_t words = wordCount(paddedSize(finest));
   return hasVoxels16(device) && words <= kMost && words * kWithVoxels <= limits.buffer_bytes;
 }
 
-OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits,
+OpenClLevel makeLevel(const Device& device, const AttenuationVolume& volume, const Box& box, const VolumeLimits& limits,
                       bool has_voxels) {
-  const Box box = tissueBox(volume);
   const Eigen::Vector3i padded = paddedSize(box);
   const Eigen::Vector3i bricks = (padded + Eigen::Vector3i::Constant(kBrick - 1)) / kBrick;
   checkFits(padded, limits, device.name());
@@ -223,16 +222,16 @@ OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume
     : OpenClVolume(device, volume, volumeLimits(device)) {}
 
 OpenClVolume::OpenClVolume(const Device& device, const AttenuationVolume& volume, const VolumeLimits& limits) {
+  const Box box = tissueBox(volume);
   guarded(device.name(), "placing the CT", [&] {
-    const bool has_voxels = keepsVoxels(device, volume, limits);
-    levels_.push_back(makeLevel(device, volume, limits, has_voxels));
+    const bool has_voxels = keepsVoxels(device, box, limits);
+    levels_.push_back(makeLevel(device, volume, box, limits, has_voxels));
     for (const AttenuationVolume& level : coarserLevels(volume)) {
-      levels_.push_back(makeLevel(device, level, limits, has_voxels));
+      levels_.push_back(makeLevel(device, level, tissueBox(level), limits, has_voxels));
     }
   });
   std::vector<ResidentVolume::Level> seen;
   for (const OpenClLevel& level : levels_) seen.push_back({level.spacing_mm, level.bytes});
-  const Box box = tissueBox(volume);
   const double radius_mm = 0.5 * box.size.cast<double>().cwiseProduct(volume.grid.spacing_mm).norm();
   description_ = ResidentVolume(std::move(seen), anatomicalCentreCt(volume), radius_mm, cornersOf(box, volume.grid));
 }

@@ -1,6 +1,5 @@
 // A tile that sees no tissue has no DRR: there is nothing to add up but the X-ray. Such tiles are most of a crop's around
 // a small bone. Only where a group is one work-item, as SKIP_UNUSED_TILE.
-#define PAIR_OF_XRAYS 17
 #if LANES > 1
 #define SUMS_OF_AIR                                                                                              \
   if (plan_of_tile.z < plan_of_tile.y && !SEEN_WITH_MORE) {                                                      \
@@ -15,8 +14,8 @@
     __global float* sums = sums_out + get_group_id(0) * SUM_STRIDE;                                              \
     for (int sum = 0; sum <= SUMS; ++sum) sums[sum] = 0.0f;                                                      \
     sums[0] = product_of(weighted, vectors);                                                                     \
-    sums[2] = product_of(weighted, vectors + 2 * RAYS);                                                          \
-    sums[PAIR_OF_XRAYS] = product_of(weighted + 2 * RAYS, vectors + 2 * RAYS);                                   \
+    sums[PAIR(0, 2)] = product_of(weighted, vectors + 2 * RAYS);                                                 \
+    sums[PAIR(2, 2)] = product_of(weighted + 2 * RAYS, vectors + 2 * RAYS);                                      \
     sums[SUMS + 1] = air_ref;                                                                                    \
     return;                                                                                                      \
   }
